@@ -1,0 +1,3 @@
+//! spikeloop: see ARCHITECTURE.md.
+pub mod policy;
+pub mod rng;

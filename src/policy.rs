@@ -1,0 +1,42 @@
+//! What drives the robot: one observation in, one action out.
+//!
+//! The float reference of a network and the emulated chip are two [`Policy`] types behind this
+//! one trait; the closed loop cannot tell them apart.
+
+use crate::rng::Streams;
+
+/// Number of laser sectors that a policy sees.
+pub const LASER_SECTORS: usize = 18;
+
+/// What the robot senses at one control tick (EEM_SAN.md 2; SAN's 22-number state, unscaled).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observation {
+    /// Direction of the goal relative to the heading, in `(-pi, pi]`, left positive.
+    pub goal_direction_rad: f64,
+    /// Distance from the robot's centre to the goal's centre.
+    pub goal_distance_m: f64,
+    /// Speed along the heading (magnitude).
+    pub linear_m_per_s: f64,
+    /// Turning speed, left (counter-clockwise) positive.
+    pub angular_rad_per_s: f64,
+    /// Median range per sector, from left (+85.6 deg) to right (-84.6 deg).
+    pub laser_m: [f64; LASER_SECTORS],
+}
+
+/// Speeds of the two wheels as fractions of the allowed range, each in `0..=1`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Action {
+    /// Left wheel.
+    pub left: f64,
+    /// Right wheel.
+    pub right: f64,
+}
+
+/// A controller in the loop.
+pub trait Policy: Send {
+    /// Forgets everything and takes the random streams of the trial that starts now.
+    fn start_trial(&mut self, streams: Streams);
+
+    /// One decision. `tick` counts the control ticks of the trial from 0.
+    fn act(&mut self, observation: &Observation, tick: u64) -> Action;
+}

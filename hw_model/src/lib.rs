@@ -1,1 +1,21 @@
-//! x
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+pub mod compartment;
+pub mod container;
+pub mod core_map;
+pub mod cost;
+pub mod counters;
+pub mod engine;
+pub mod error;
+pub mod fixed;
+pub mod id;
+pub mod spec;
+pub mod synapse;
+pub mod weight;
+
+pub use core_map::{CoreMap, CoreMapParts};
+pub use counters::OpCounts;
+pub use engine::{DenseEngine, Engine, EventEngine};
+pub use error::{ChipError, MapError};
+pub use spec::ChipSpec;

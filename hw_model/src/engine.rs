@@ -1,0 +1,73 @@
+//! Executors of core maps. All give the same spikes, states and counts, bit for bit.
+//!
+//! One time step of the chip (the order is that of LOIHI's own phases; a spike made or injected
+//! in step `t` is accumulated at its target in step `t + 1`, wherever the target lies):
+//!
+//! 1. every core takes the spikes of the step before from its input axons and adds the weights;
+//! 2. every core updates its compartments ([`crate::compartment::update`]);
+//! 3. spikes leave on output axons, the host injects its own;
+//! 4. all cores meet at the barrier.
+
+use crate::compartment::CompartmentState;
+use crate::core_map::CoreMap;
+use crate::counters::OpCounts;
+use crate::id::{CompartmentIdx, CoreId};
+
+mod barrier;
+mod dense;
+mod event;
+mod plan;
+mod record;
+mod stimulus;
+
+pub use dense::DenseEngine;
+pub use event::EventEngine;
+pub use record::{PopulationSpikes, Spike, SpikeRecord};
+pub use stimulus::{Stimulus, StimulusError};
+
+/// Something that runs a [`CoreMap`].
+pub trait Engine: Send {
+    /// The map being run.
+    fn map(&self) -> &CoreMap;
+
+    /// Steps done so far; the next step has this number.
+    fn now(&self) -> u64;
+
+    /// Runs all steps of `stimulus`, adding the spikes of the recorded cores to `record`.
+    fn run(&mut self, stimulus: &Stimulus, record: &mut SpikeRecord);
+
+    /// State of one compartment. Panics when there is no such compartment.
+    fn state(&self, core: CoreId, compartment: CompartmentIdx) -> CompartmentState;
+
+    /// Counts of every core, in core order; barriers and host operations are in none of them.
+    fn core_counts(&self) -> Vec<OpCounts>;
+
+    /// Counts of the whole chip, barriers and host operations included.
+    fn total_counts(&self) -> OpCounts;
+
+    /// Modelled chip time so far in picoseconds, one value for each cost table of the chip.
+    fn chip_time_ps(&self) -> &[u64];
+
+    /// The management processor clears all state and all spikes under way; counted.
+    fn reset(&mut self);
+
+    /// The host reads `n` spike counters or states; counted.
+    fn count_host_reads(&mut self, n: u64);
+}
+
+/// Adds what the slowest core and the barrier take to the chip's time.
+fn add_step_time(times: &mut [u64], slowest: &[u64], barriers: &[u64]) {
+    for ((time, slowest), barrier) in times.iter_mut().zip(slowest).zip(barriers) {
+        *time += slowest + barrier;
+    }
+}
+
+/// Barrier durations of a map, one for each cost table.
+fn barriers_ps(map: &CoreMap) -> Vec<u64> {
+    let tiles = map.tiles_in_use();
+    map.chip().cost_tables.iter().map(|table| table.barrier_ps(tiles)).collect()
+}
+
+#[cfg(test)]
+#[path = "engine_tests.rs"]
+mod tests;

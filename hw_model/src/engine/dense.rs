@@ -1,0 +1,215 @@
+//! The fixed-point reference: every synapse of every axon in every step, nothing clever.
+//!
+//! It shares with the event engine only the compartment's arithmetic and the definition of the
+//! effective weight, both of which are tested against published vectors.
+
+use std::sync::Arc;
+
+use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps};
+use crate::compartment::{CompartmentParams, CompartmentState, Widths, update};
+use crate::core_map::{Core, CoreMap};
+use crate::counters::OpCounts;
+use crate::id::{CompartmentIdx, CoreId};
+use crate::synapse::SynapseForm;
+
+/// Runs a map the obvious way.
+#[derive(Debug)]
+pub struct DenseEngine {
+    map: Arc<CoreMap>,
+    widths: Widths,
+    params: Vec<Vec<CompartmentParams>>,
+    state: Vec<Vec<CompartmentState>>,
+    /// Spikes that arrive in the next step: how often on each axon of each core.
+    arriving: Vec<Vec<u32>>,
+    /// Axons that share their list with another axon, by core and list.
+    shared: Vec<Vec<bool>>,
+    counts: Vec<OpCounts>,
+    chip_counts: OpCounts,
+    barriers_ps: Vec<u64>,
+    time_ps: Vec<u64>,
+    now: u64,
+}
+
+impl DenseEngine {
+    /// Ready at step 0 with all state zero.
+    pub fn new(map: Arc<CoreMap>) -> Self {
+        let arithmetic = &map.chip().arithmetic;
+        let barriers_ps = barriers_ps(&map);
+        Self {
+            widths: Widths::new(arithmetic),
+            params: map.cores().iter().map(|core| core.params(arithmetic)).collect(),
+            state: map
+                .cores()
+                .iter()
+                .map(|c| vec![CompartmentState::default(); c.compartments()])
+                .collect(),
+            arriving: map.cores().iter().map(|core| vec![0; core.axons_in.len()]).collect(),
+            shared: map.cores().iter().map(shared_lists).collect(),
+            counts: vec![OpCounts::default(); map.cores().len()],
+            chip_counts: OpCounts::default(),
+            time_ps: vec![0; barriers_ps.len()],
+            barriers_ps,
+            now: 0,
+            map,
+        }
+    }
+
+    fn step(&mut self, injected: &[(u32, u32)], record: &mut SpikeRecord) {
+        let before = self.counts.clone();
+        let mut leaving: Vec<Vec<u32>> =
+            self.arriving.iter().map(|axons| vec![0; axons.len()]).collect();
+        let map = Arc::clone(&self.map);
+        for (core_id, core) in map.cores().iter().enumerate() {
+            let input = self.accumulate(core_id, core);
+            self.update_core(core_id, core, &input, &mut leaving, record);
+        }
+        self.inject(injected, &mut leaving);
+        self.arriving = leaving;
+        self.chip_counts.barriers += 1;
+        self.add_time(&before);
+        self.now += 1;
+    }
+
+    /// Adds spike count x weight for every stored synapse of every input axon.
+    fn accumulate(&mut self, core_id: usize, core: &Core) -> Vec<i64> {
+        let mut input = vec![0i64; core.compartments()];
+        for (axon_idx, axon) in core.axons_in.iter().enumerate() {
+            let spikes = self.arriving[core_id][axon_idx];
+            self.counts[core_id].axon_deliveries += u64::from(spikes);
+            for entry in &core.lists[axon.list as usize].entries {
+                let format = core.formats[usize::from(entry.format)];
+                for (target, mantissa) in entry.synapses() {
+                    let weight = 64 * i64::from(format.effective_steps(mantissa));
+                    input[usize::from(axon.base) + target] += i64::from(spikes) * weight;
+                }
+                let ops = u64::from(spikes) * entry.len() as u64;
+                let counts = &mut self.counts[core_id];
+                match (&entry.form, self.shared[core_id][axon.list as usize]) {
+                    (_, true) => counts.synaptic_ops_kernel += ops,
+                    (SynapseForm::Dense { .. }, false) => counts.synaptic_ops_dense += ops,
+                    (SynapseForm::Sparse { .. }, false) => counts.synaptic_ops_sparse += ops,
+                }
+            }
+        }
+        input
+    }
+
+    fn update_core(
+        &mut self,
+        core_id: usize,
+        core: &Core,
+        input: &[i64],
+        leaving: &mut [Vec<u32>],
+        record: &mut SpikeRecord,
+    ) {
+        for (compartment, input) in input.iter().enumerate() {
+            let state = self.state[core_id][compartment];
+            let done = update(&self.params[core_id][compartment], &self.widths, state, *input);
+            self.state[core_id][compartment] = done.state;
+            let counts = &mut self.counts[core_id];
+            counts.updates_spiking += u64::from(done.spike);
+            counts.updates_inactive += u64::from(done.inactive && !done.spike);
+            counts.updates_active += u64::from(!done.inactive && !done.spike);
+            counts.accumulator_overflows += u64::from(done.accumulator_overflowed);
+            counts.current_overflows += u64::from(done.current_overflowed);
+            counts.bias_sum_overflows += u64::from(done.bias_sum_overflowed);
+            counts.voltage_clips += u64::from(done.voltage_clipped);
+            if done.spike {
+                let site = (CoreId(core_id as u16), CompartmentIdx(compartment as u16));
+                self.send(core, site, leaving);
+                if record.wants(site.0) {
+                    record.spikes.push(Spike { step: self.now, core: site.0, compartment: site.1 });
+                }
+            }
+        }
+    }
+
+    fn send(&mut self, core: &Core, from: (CoreId, CompartmentIdx), leaving: &mut [Vec<u32>]) {
+        let mesh = &self.map.chip().mesh;
+        let (x, y) = mesh.tile(from.0.0);
+        for axon in core.axons_out.iter().filter(|axon| axon.compartment == from.1) {
+            leaving[axon.core.index()][axon.axon.index()] += 1;
+            let (to_x, to_y) = mesh.tile(axon.core.0);
+            let counts = &mut self.counts[from.0.index()];
+            counts.messages += 1;
+            counts.messages_within_tile += u64::from((x, y) == (to_x, to_y));
+            counts.hops_east_west += u64::from(x.abs_diff(to_x));
+            counts.hops_north_south += u64::from(y.abs_diff(to_y));
+        }
+    }
+
+    fn inject(&mut self, injected: &[(u32, u32)], leaving: &mut [Vec<u32>]) {
+        for (port, line) in injected {
+            for target in &self.map.ports()[*port as usize].targets {
+                if target.line == *line {
+                    leaving[target.core.index()][target.axon.index()] += 1;
+                    self.chip_counts.host_injections += 1;
+                }
+            }
+        }
+    }
+
+    fn add_time(&mut self, before: &[OpCounts]) {
+        let tables = &self.map.chip().cost_tables;
+        let slowest: Vec<u64> = tables
+            .iter()
+            .map(|table| {
+                let of_core =
+                    |(now, before): (&OpCounts, &OpCounts)| table.core_time_ps(&(*now - *before));
+                self.counts.iter().zip(before).map(of_core).max().unwrap_or(0)
+            })
+            .collect();
+        add_step_time(&mut self.time_ps, &slowest, &self.barriers_ps);
+    }
+}
+
+/// For each list of a core: whether several axons use it.
+pub(super) fn shared_lists(core: &Core) -> Vec<bool> {
+    let mut users = vec![0u32; core.lists.len()];
+    core.axons_in.iter().for_each(|axon| users[axon.list as usize] += 1);
+    users.into_iter().map(|n| n > 1).collect()
+}
+
+impl Engine for DenseEngine {
+    fn map(&self) -> &CoreMap {
+        &self.map
+    }
+
+    fn now(&self) -> u64 {
+        self.now
+    }
+
+    fn run(&mut self, stimulus: &Stimulus, record: &mut SpikeRecord) {
+        for step in 0..stimulus.steps() {
+            self.step(stimulus.at(step), record);
+        }
+    }
+
+    fn state(&self, core: CoreId, compartment: CompartmentIdx) -> CompartmentState {
+        self.state[core.index()][compartment.index()]
+    }
+
+    fn core_counts(&self) -> Vec<OpCounts> {
+        self.counts.clone()
+    }
+
+    fn total_counts(&self) -> OpCounts {
+        OpCounts::total(self.counts.iter().chain([&self.chip_counts]))
+    }
+
+    fn chip_time_ps(&self) -> &[u64] {
+        &self.time_ps
+    }
+
+    fn reset(&mut self) {
+        for core in &mut self.state {
+            self.chip_counts.host_resets += core.len() as u64;
+            core.fill(CompartmentState::default());
+        }
+        self.arriving.iter_mut().for_each(|axons| axons.fill(0));
+    }
+
+    fn count_host_reads(&mut self, n: u64) {
+        self.chip_counts.host_reads += n;
+    }
+}

@@ -1,0 +1,395 @@
+//! The event-driven engine: work where spikes are, on one or several threads.
+//!
+//! Spikes of every source live in two bit sets, one for the step before and one for the step
+//! under way. A core reads the former and writes its own part of the latter, so threads never
+//! write to the same place and one barrier per step is enough. Sums are of integers, so neither
+//! the order of spikes nor the number of threads can change a result.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::barrier::StepBarrier;
+use super::plan::{CorePlan, Plan, RowShape};
+use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps};
+use crate::compartment::{CompartmentState, Widths, update};
+use crate::core_map::CoreMap;
+use crate::cost::CostTable;
+use crate::counters::OpCounts;
+use crate::id::{CompartmentIdx, CoreId};
+
+/// Runs a map by its events.
+#[derive(Debug)]
+pub struct EventEngine {
+    map: Arc<CoreMap>,
+    plan: Arc<Plan>,
+    widths: Widths,
+    threads: usize,
+    cores: Vec<CoreRun>,
+    spikes: [SpikeSets; 2],
+    chip_counts: OpCounts,
+    barriers_ps: Vec<u64>,
+    time_ps: Vec<u64>,
+    now: u64,
+}
+
+/// Mutable part of one core.
+#[derive(Debug, Clone)]
+struct CoreRun {
+    state: Vec<CompartmentState>,
+    /// Sum of the effective weights in units of 64.
+    accumulators: Vec<i32>,
+    /// Whether any compartment may change without input.
+    awake: bool,
+    counts: OpCounts,
+}
+
+/// One bit per unit of every source (cores, then ports).
+#[derive(Debug)]
+struct SpikeSets {
+    sources: Vec<Vec<AtomicU64>>,
+}
+
+impl SpikeSets {
+    fn new(sizes: &[usize]) -> Self {
+        let words = |size: &usize| (0..size.div_ceil(64)).map(|_| AtomicU64::new(0)).collect();
+        Self { sources: sizes.iter().map(words).collect() }
+    }
+
+    fn clear(&self) {
+        self.sources.iter().flatten().for_each(|word| word.store(0, Ordering::Relaxed));
+    }
+
+    /// Calls `f` with every unit of `source` that spiked, in order.
+    fn for_each(&self, source: usize, mut f: impl FnMut(usize)) {
+        for (index, word) in self.sources[source].iter().enumerate() {
+            let mut bits = word.load(Ordering::Relaxed);
+            while bits != 0 {
+                f(index * 64 + bits.trailing_zeros() as usize);
+                bits &= bits - 1;
+            }
+        }
+    }
+}
+
+impl EventEngine {
+    /// Ready at step 0 with all state zero, on one thread.
+    pub fn new(map: Arc<CoreMap>) -> Self {
+        Self::with_threads(map, 1)
+    }
+
+    /// The same on `threads` threads (at least one, at most one per core).
+    pub fn with_threads(map: Arc<CoreMap>, threads: usize) -> Self {
+        let plan = Arc::new(Plan::new(&map));
+        let core = |core: &CorePlan| CoreRun {
+            state: vec![CompartmentState::default(); core.params.len()],
+            accumulators: vec![0; core.params.len()],
+            awake: true,
+            counts: OpCounts::default(),
+        };
+        let barriers_ps = barriers_ps(&map);
+        Self {
+            widths: Widths::new(&map.chip().arithmetic),
+            threads: threads.clamp(1, map.cores().len().max(1)),
+            cores: plan.cores.iter().map(core).collect(),
+            spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
+            chip_counts: OpCounts::default(),
+            time_ps: vec![0; barriers_ps.len()],
+            barriers_ps,
+            now: 0,
+            plan,
+            map,
+        }
+    }
+
+    /// A second engine on the same map at step 0; weights and routing are shared.
+    pub fn fresh(&self) -> Self {
+        let mut cores = self.cores.clone();
+        for core in &mut cores {
+            core.state.fill(CompartmentState::default());
+            core.accumulators.fill(0);
+            (core.awake, core.counts) = (true, OpCounts::default());
+        }
+        Self {
+            map: Arc::clone(&self.map),
+            plan: Arc::clone(&self.plan),
+            widths: self.widths,
+            threads: self.threads,
+            cores,
+            spikes: [
+                SpikeSets::new(&self.plan.source_sizes),
+                SpikeSets::new(&self.plan.source_sizes),
+            ],
+            chip_counts: OpCounts::default(),
+            barriers_ps: self.barriers_ps.clone(),
+            time_ps: vec![0; self.time_ps.len()],
+            now: 0,
+        }
+    }
+}
+
+/// What all threads of a run share.
+struct Run<'a> {
+    plan: &'a Plan,
+    tables: &'a [CostTable],
+    widths: Widths,
+    spikes: &'a [SpikeSets; 2],
+    stimulus: &'a Stimulus,
+    barrier: StepBarrier,
+    start: u64,
+}
+
+/// What one thread brings back.
+#[derive(Debug, Default)]
+struct Share {
+    spikes: Vec<Spike>,
+    /// Time of the slowest core of this thread, step by step, table by table.
+    slowest_ps: Vec<u64>,
+}
+
+impl Run<'_> {
+    /// All steps for `cores`, the first of which has the number `first`.
+    fn work(&self, first: usize, cores: &mut [CoreRun], record: &SpikeRecord) -> Share {
+        let mut share = Share::default();
+        let tables = self.tables.len();
+        for step in 0..self.stimulus.steps() {
+            let now = self.start + step as u64;
+            let [before, under_way] = match now % 2 {
+                0 => [&self.spikes[1], &self.spikes[0]],
+                _ => [&self.spikes[0], &self.spikes[1]],
+            };
+            share.slowest_ps.resize((step + 1) * tables, 0);
+            for (offset, core) in cores.iter_mut().enumerate() {
+                let core_id = first + offset;
+                let counted = core.counts;
+                let plan = &self.plan.cores[core_id];
+                let delivered = core.deliver_spikes(plan, before);
+                core.update_compartments(
+                    plan,
+                    &self.widths,
+                    delivered,
+                    &under_way.sources[core_id],
+                );
+                if record.wants(CoreId(core_id as u16)) {
+                    under_way.for_each(core_id, |compartment| {
+                        let (core, compartment) =
+                            (CoreId(core_id as u16), CompartmentIdx(compartment as u16));
+                        share.spikes.push(Spike { step: now, core, compartment });
+                    });
+                }
+                let done = core.counts - counted;
+                for (slowest, table) in
+                    share.slowest_ps[step * tables..].iter_mut().zip(self.tables)
+                {
+                    *slowest = (*slowest).max(table.core_time_ps(&done));
+                }
+            }
+            if first == 0 {
+                self.inject(step, under_way);
+            }
+            self.barrier.wait();
+        }
+        share
+    }
+
+    fn inject(&self, step: usize, under_way: &SpikeSets) {
+        let ports = &under_way.sources[self.plan.cores.len()..];
+        ports.iter().flatten().for_each(|word| word.store(0, Ordering::Relaxed));
+        for (port, line) in self.stimulus.at(step) {
+            let word = &ports[*port as usize][*line as usize / 64];
+            word.fetch_or(1 << (line % 64), Ordering::Relaxed);
+        }
+    }
+}
+
+impl CoreRun {
+    /// Adds the weights of all spikes that arrive; true when there were any.
+    fn deliver_spikes(&mut self, plan: &CorePlan, before: &SpikeSets) -> bool {
+        let deliveries = self.counts.axon_deliveries;
+        for link in &plan.links {
+            before.for_each(link.source, |unit| {
+                let range = link.starts[unit] as usize..link.starts[unit + 1] as usize;
+                link.axons[range].iter().for_each(|axon| self.accumulate(plan, *axon));
+            });
+        }
+        self.counts.axon_deliveries != deliveries
+    }
+
+    #[inline]
+    fn accumulate(&mut self, plan: &CorePlan, axon: u16) {
+        let (row, base) = plan.axons[usize::from(axon)];
+        let row = plan.rows[row as usize];
+        let weights = &plan.weights[row.weights_at as usize..][..row.len as usize];
+        match row.shape {
+            RowShape::Dense { first } => {
+                let start = usize::from(base) + usize::from(first);
+                let accumulators = &mut self.accumulators[start..][..weights.len()];
+                for (sum, weight) in accumulators.iter_mut().zip(weights) {
+                    *sum += i32::from(*weight);
+                }
+            }
+            RowShape::Sparse { targets_at } => {
+                let targets = &plan.targets[targets_at as usize..][..weights.len()];
+                for (target, weight) in targets.iter().zip(weights) {
+                    self.accumulators[usize::from(base) + usize::from(*target)] +=
+                        i32::from(*weight);
+                }
+            }
+        }
+        self.counts.axon_deliveries += 1;
+        self.counts.synaptic_ops_dense += u64::from(row.ops[0]);
+        self.counts.synaptic_ops_sparse += u64::from(row.ops[1]);
+        self.counts.synaptic_ops_kernel += u64::from(row.ops[2]);
+    }
+
+    /// One step of every compartment; a core that is asleep is only counted.
+    fn update_compartments(
+        &mut self,
+        plan: &CorePlan,
+        widths: &Widths,
+        delivered: bool,
+        spikes: &[AtomicU64],
+    ) {
+        if !delivered && !self.awake {
+            self.counts.updates_inactive += self.state.len() as u64;
+            spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
+            return;
+        }
+        self.awake = false;
+        for (word_idx, word) in spikes.iter().enumerate() {
+            let start = word_idx * 64;
+            let end = (start + 64).min(self.state.len());
+            let bits = (start..end).fold(0, |bits, compartment| {
+                let spike = self.update_compartment(plan, widths, compartment);
+                bits | (u64::from(spike) << (compartment - start))
+            });
+            word.store(bits, Ordering::Relaxed);
+        }
+    }
+
+    #[inline]
+    fn update_compartment(&mut self, plan: &CorePlan, widths: &Widths, compartment: usize) -> bool {
+        let input = 64 * i64::from(std::mem::take(&mut self.accumulators[compartment]));
+        let params = &plan.params[compartment];
+        let done = update(params, widths, self.state[compartment], input);
+        self.state[compartment] = done.state;
+        self.awake |= done.state != CompartmentState::default() || params.bias != 0;
+        let counts = &mut self.counts;
+        counts.accumulator_overflows += u64::from(done.accumulator_overflowed);
+        counts.current_overflows += u64::from(done.current_overflowed);
+        counts.bias_sum_overflows += u64::from(done.bias_sum_overflowed);
+        counts.voltage_clips += u64::from(done.voltage_clipped);
+        if done.spike {
+            let cost = plan.sends[compartment];
+            counts.updates_spiking += 1;
+            counts.messages += u64::from(cost.messages);
+            counts.messages_within_tile += u64::from(cost.within_tile);
+            counts.hops_east_west += u64::from(cost.east_west);
+            counts.hops_north_south += u64::from(cost.north_south);
+        } else {
+            counts.updates_inactive += u64::from(done.inactive);
+            counts.updates_active += u64::from(!done.inactive);
+        }
+        done.spike
+    }
+}
+
+impl Engine for EventEngine {
+    fn map(&self) -> &CoreMap {
+        &self.map
+    }
+
+    fn now(&self) -> u64 {
+        self.now
+    }
+
+    fn run(&mut self, stimulus: &Stimulus, record: &mut SpikeRecord) {
+        let per_thread = self.cores.len().div_ceil(self.threads).max(1);
+        let workers = self.cores.len().div_ceil(per_thread).max(1);
+        let run = Run {
+            plan: &self.plan,
+            tables: &self.map.chip().cost_tables,
+            widths: self.widths,
+            spikes: &self.spikes,
+            stimulus,
+            barrier: StepBarrier::new(workers),
+            start: self.now,
+        };
+        let mut shares = Vec::with_capacity(workers);
+        if workers == 1 {
+            shares.push(run.work(0, &mut self.cores, record));
+        } else {
+            let record: &SpikeRecord = record;
+            crossbeam::thread::scope(|scope| {
+                let handles: Vec<_> = self
+                    .cores
+                    .chunks_mut(per_thread)
+                    .enumerate()
+                    .map(|(worker, cores)| {
+                        let (run, first) = (&run, worker * per_thread);
+                        scope.spawn(move |_| run.work(first, cores, record))
+                    })
+                    .collect();
+                shares.extend(handles.into_iter().map(|h| h.join().expect("no worker panics")));
+            })
+            .expect("no worker panics");
+        }
+        self.merge(shares, stimulus, record);
+    }
+
+    fn state(&self, core: CoreId, compartment: CompartmentIdx) -> CompartmentState {
+        self.cores[core.index()].state[compartment.index()]
+    }
+
+    fn core_counts(&self) -> Vec<OpCounts> {
+        self.cores.iter().map(|core| core.counts).collect()
+    }
+
+    fn total_counts(&self) -> OpCounts {
+        OpCounts::total(self.cores.iter().map(|core| &core.counts).chain([&self.chip_counts]))
+    }
+
+    fn chip_time_ps(&self) -> &[u64] {
+        &self.time_ps
+    }
+
+    fn reset(&mut self) {
+        for core in &mut self.cores {
+            self.chip_counts.host_resets += core.state.len() as u64;
+            core.state.fill(CompartmentState::default());
+            core.awake = true;
+        }
+        self.spikes.iter().for_each(SpikeSets::clear);
+    }
+
+    fn count_host_reads(&mut self, n: u64) {
+        self.chip_counts.host_reads += n;
+    }
+}
+
+impl EventEngine {
+    /// Puts together what the threads bring back, in an order that does not depend on them.
+    fn merge(&mut self, shares: Vec<Share>, stimulus: &Stimulus, record: &mut SpikeRecord) {
+        let steps = stimulus.steps();
+        let tables = self.time_ps.len();
+        for step in 0..steps {
+            let mut slowest = vec![0; tables];
+            for share in &shares {
+                for (all, one) in slowest.iter_mut().zip(&share.slowest_ps[step * tables..]) {
+                    *all = (*all).max(*one);
+                }
+            }
+            add_step_time(&mut self.time_ps, &slowest, &self.barriers_ps);
+            for (port, line) in stimulus.at(step) {
+                let messages = self.plan.port_messages[*port as usize][*line as usize];
+                self.chip_counts.host_injections += u64::from(messages);
+            }
+        }
+        let several = shares.len() > 1;
+        record.spikes.extend(shares.into_iter().flat_map(|share| share.spikes));
+        if several {
+            record.spikes.sort_unstable();
+        }
+        self.chip_counts.barriers += steps as u64;
+        self.now += steps as u64;
+    }
+}

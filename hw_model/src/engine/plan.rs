@@ -1,0 +1,205 @@
+//! A core map laid out for execution: contiguous weights, and for each core where its spikes
+//! come from.
+
+use super::dense::shared_lists;
+use crate::compartment::CompartmentParams;
+use crate::core_map::{Core, CoreMap};
+use crate::synapse::SynapseForm;
+
+/// A list is run as one dense row when at least this share (1 / n) of its span is used.
+const DENSE_SPAN_PER_SYNAPSE: usize = 4;
+
+/// Immutable part of an event engine.
+#[derive(Debug)]
+pub(super) struct Plan {
+    pub(super) cores: Vec<CorePlan>,
+    /// Compartments of each core, then lines of each port.
+    pub(super) source_sizes: Vec<usize>,
+    /// Messages per line of each port.
+    pub(super) port_messages: Vec<Vec<u32>>,
+}
+
+/// What one core needs to run.
+#[derive(Debug)]
+pub(super) struct CorePlan {
+    pub(super) params: Vec<CompartmentParams>,
+    pub(super) rows: Vec<Row>,
+    /// All weights of all rows, in units of 64.
+    pub(super) weights: Vec<i16>,
+    /// All targets of the sparse rows.
+    pub(super) targets: Vec<u16>,
+    /// (row, base) of every input axon.
+    pub(super) axons: Vec<(u32, u16)>,
+    pub(super) links: Vec<Link>,
+    /// What a spike of each compartment costs to send.
+    pub(super) sends: Vec<SendCost>,
+}
+
+/// One synapse list, ready to be added to the accumulators.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    pub(super) shape: RowShape,
+    /// First weight in [`CorePlan::weights`].
+    pub(super) weights_at: u32,
+    /// Number of weights there.
+    pub(super) len: u32,
+    /// Stored synapses by form, what the chip would add: dense, sparse, shared.
+    pub(super) ops: [u32; 3],
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum RowShape {
+    /// Consecutive accumulators from `first` on.
+    Dense { first: u16 },
+    /// Accumulators listed in [`CorePlan::targets`] from `targets_at` on.
+    Sparse { targets_at: u32 },
+}
+
+/// Spikes of one source (a core or a port) that reach a core.
+#[derive(Debug)]
+pub(super) struct Link {
+    pub(super) source: usize,
+    /// Axons of source unit `i` are `axons[starts[i]..starts[i + 1]]`.
+    pub(super) starts: Vec<u32>,
+    pub(super) axons: Vec<u16>,
+}
+
+/// Messages and hops of one spike.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SendCost {
+    pub(super) messages: u32,
+    pub(super) within_tile: u32,
+    pub(super) east_west: u32,
+    pub(super) north_south: u32,
+}
+
+impl Plan {
+    pub(super) fn new(map: &CoreMap) -> Self {
+        let core_sizes = map.cores().iter().map(Core::compartments);
+        let port_sizes = map.ports().iter().map(|port| port.lines as usize);
+        let source_sizes: Vec<usize> = core_sizes.chain(port_sizes).collect();
+        let mut links = all_links(map, &source_sizes);
+        let cores = map.cores().iter().enumerate();
+        Self {
+            cores: cores
+                .map(|(id, core)| CorePlan::new(map, id, core, std::mem::take(&mut links[id])))
+                .collect(),
+            port_messages: map
+                .ports()
+                .iter()
+                .map(|port| {
+                    let mut messages = vec![0; port.lines as usize];
+                    port.targets.iter().for_each(|target| messages[target.line as usize] += 1);
+                    messages
+                })
+                .collect(),
+            source_sizes,
+        }
+    }
+}
+
+impl CorePlan {
+    fn new(map: &CoreMap, id: usize, core: &Core, links: Vec<Link>) -> Self {
+        let mut plan = Self {
+            params: core.params(&map.chip().arithmetic),
+            rows: Vec::with_capacity(core.lists.len()),
+            weights: Vec::new(),
+            targets: Vec::new(),
+            axons: core.axons_in.iter().map(|axon| (axon.list, axon.base)).collect(),
+            links,
+            sends: send_costs(map, id, core),
+        };
+        let shared = shared_lists(core);
+        for (list, shared) in shared.into_iter().enumerate() {
+            plan.add_row(core, list, shared);
+        }
+        plan
+    }
+
+    /// Lays list number `list` out: entries are summed per target, which integers allow.
+    fn add_row(&mut self, core: &Core, list: usize, shared: bool) {
+        let entries = &core.lists[list].entries;
+        let mut ops = [0u32; 3];
+        let mut synapses: Vec<(usize, i32)> = Vec::new();
+        for entry in entries {
+            let form = match entry.form {
+                _ if shared => 2,
+                SynapseForm::Dense { .. } => 0,
+                SynapseForm::Sparse { .. } => 1,
+            };
+            ops[form] += entry.len() as u32;
+            let format = core.formats[usize::from(entry.format)];
+            synapses.extend(
+                entry.synapses().map(|(target, mantissa)| {
+                    (target, i32::from(format.effective_steps(mantissa)))
+                }),
+            );
+        }
+        synapses.sort_by_key(|(target, _)| *target);
+        let weights_at = self.weights.len() as u32;
+        let shape = self.add_weights(&synapses);
+        self.rows.push(Row { shape, weights_at, len: self.weights.len() as u32 - weights_at, ops });
+    }
+
+    fn add_weights(&mut self, synapses: &[(usize, i32)]) -> RowShape {
+        let first = synapses.first().map_or(0, |(target, _)| *target);
+        let span = synapses.last().map_or(0, |(target, _)| *target + 1) - first;
+        let mut dense = vec![0i32; span];
+        synapses.iter().for_each(|(target, weight)| dense[target - first] += weight);
+        let fits = dense.iter().all(|sum| i16::try_from(*sum).is_ok());
+        if fits && span <= DENSE_SPAN_PER_SYNAPSE * synapses.len() {
+            self.weights.extend(dense.iter().map(|sum| *sum as i16));
+            return RowShape::Dense { first: first as u16 };
+        }
+        let targets_at = self.targets.len() as u32;
+        self.targets.extend(synapses.iter().map(|(target, _)| *target as u16));
+        self.weights.extend(synapses.iter().map(|(_, weight)| *weight as i16));
+        RowShape::Sparse { targets_at }
+    }
+}
+
+fn send_costs(map: &CoreMap, id: usize, core: &Core) -> Vec<SendCost> {
+    let mesh = &map.chip().mesh;
+    let (x, y) = mesh.tile(id as u16);
+    let mut costs = vec![SendCost::default(); core.compartments()];
+    for axon in &core.axons_out {
+        let (to_x, to_y) = mesh.tile(axon.core.0);
+        let cost = &mut costs[axon.compartment.index()];
+        cost.messages += 1;
+        cost.within_tile += u32::from((x, y) == (to_x, to_y));
+        cost.east_west += u32::from(x.abs_diff(to_x));
+        cost.north_south += u32::from(y.abs_diff(to_y));
+    }
+    costs
+}
+
+/// For each core, the links from every source that reaches it, in source order.
+fn all_links(map: &CoreMap, source_sizes: &[usize]) -> Vec<Vec<Link>> {
+    let mut links: Vec<Vec<Link>> = map.cores().iter().map(|_| Vec::new()).collect();
+    let n_cores = map.cores().len();
+    for (source, core) in map.cores().iter().enumerate() {
+        let edges =
+            core.axons_out.iter().map(|a| (a.core.index(), a.compartment.index(), a.axon.0));
+        add_links(&mut links, source, source_sizes[source], edges.collect());
+    }
+    for (port_idx, port) in map.ports().iter().enumerate() {
+        let edges = port.targets.iter().map(|t| (t.core.index(), t.line as usize, t.axon.0));
+        let source = n_cores + port_idx;
+        add_links(&mut links, source, source_sizes[source], edges.collect());
+    }
+    links
+}
+
+fn add_links(
+    links: &mut [Vec<Link>],
+    source: usize,
+    size: usize,
+    mut edges: Vec<(usize, usize, u16)>,
+) {
+    edges.sort_unstable();
+    for edges in edges.chunk_by(|a, b| a.0 == b.0) {
+        let starts = (0..=size).map(|unit| edges.partition_point(|e| e.1 < unit) as u32).collect();
+        let axons = edges.iter().map(|edge| edge.2).collect();
+        links[edges[0].0].push(Link { source, starts, axons });
+    }
+}

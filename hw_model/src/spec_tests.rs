@@ -1,0 +1,52 @@
+use super::*;
+
+fn changed(from: &str, to: &str) -> Result<ChipSpec, ChipError> {
+    assert!(LOIHI1.contains(from), "{from} is gone from the chip file");
+    ChipSpec::parse("mine.toml", &LOIHI1.replacen(from, to, 1))
+}
+
+#[test]
+fn loihi1_has_the_published_limits() {
+    let limits = ChipSpec::loihi1().limits;
+    assert_eq!((limits.cores, limits.compartments_per_core), (128, 1024));
+    assert_eq!((limits.input_axons_per_core, limits.synapse_words_per_core), (4096, 16_384));
+}
+
+#[test]
+fn tiles_follow_the_published_coordinates() {
+    let mesh = ChipSpec::loihi1().mesh;
+    for id in 0..128u16 {
+        assert_eq!(mesh.tile(id), (id / 16, (id % 16) / 4));
+    }
+}
+
+#[test]
+fn an_unknown_key_is_refused_with_its_line() {
+    let error = changed("name = \"loihi1\"", "name = \"x\"\nspeed = 3").unwrap_err().to_string();
+    assert!(error.starts_with("chip mine.toml: "), "{error}");
+    assert!(error.contains("unknown field `speed`"), "{error}");
+}
+
+#[test]
+fn an_unknown_name_says_what_there_is() {
+    assert_eq!(
+        ChipSpec::named("loihi9").unwrap_err().to_string(),
+        "chip loihi9: no such built-in chip (there is: loihi1); give the path of a .toml file instead"
+    );
+}
+
+#[test]
+fn numbers_out_of_range_name_field_value_and_limit() {
+    assert_eq!(
+        changed("current_bits = 23", "current_bits = 40").unwrap_err().to_string(),
+        "chip loihi1: arithmetic.current_bits = 40, must be 1..=30; correct the chip file"
+    );
+    assert_eq!(
+        changed("cores = 128", "cores = 129").unwrap_err().to_string(),
+        "chip loihi1: limits.cores = 129, must be 1..=128; correct the chip file"
+    );
+    assert_eq!(
+        changed("chip_mw = 104.0", "chip_mw = nan").unwrap_err().to_string(),
+        "chip loihi1: static_power.chip_mw = NaN, must be a number in 0..=1e9; correct the chip file"
+    );
+}

@@ -1,0 +1,16 @@
+//! From trained weights to a core map: quantize, partition, place.
+//!
+//! ```text
+//! Network (float) --quantize--> IntegerGraph --place--> CoreMap
+//! IntegerNet (already integer) ------^
+//! ```
+
+pub mod error;
+pub mod graph;
+pub mod place;
+pub mod policy;
+pub mod quantize;
+
+pub use error::CompileError;
+pub use graph::IntegerGraph;
+pub use policy::Policy;

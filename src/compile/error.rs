@@ -1,0 +1,72 @@
+//! Why a network cannot be compiled.
+
+use hw_model::MapError;
+use thiserror::Error;
+
+/// A network that the chip cannot hold or express.
+#[derive(Debug, Error)]
+pub enum CompileError {
+    /// No policy has this name.
+    #[error("policy {name}: no such policy (there is: {known})")]
+    UnknownPolicy {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// A threshold has no register value.
+    #[error(
+        "layer {layer}: threshold {threshold} -> mantissa {mantissa}, must be 1..={limit}; {advice}"
+    )]
+    Threshold {
+        /// Layer.
+        layer: String,
+        /// Threshold of the float network.
+        threshold: f64,
+        /// What it becomes.
+        mantissa: i64,
+        /// Largest mantissa.
+        limit: u32,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// All weights and biases of a layer are zero.
+    #[error(
+        "layer {layer}: all weights and biases are zero, so there is no scale; train or prune the layer away"
+    )]
+    NoScale {
+        /// Layer.
+        layer: String,
+    },
+    /// Even one neuron needs more than a core has.
+    #[error("layer {layer}: one neuron needs {used} {resource}, limit {limit} per core; {advice}")]
+    NeuronTooLarge {
+        /// Layer.
+        layer: String,
+        /// What there is too much of.
+        resource: &'static str,
+        /// How much one neuron needs.
+        used: u64,
+        /// How much a core has.
+        limit: u64,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The cores of the chip do not suffice.
+    #[error("{needed} cores needed, limit {limit} ({chip}.cores): {breakdown}; {advice}")]
+    Cores {
+        /// Cores needed.
+        needed: usize,
+        /// Cores there are.
+        limit: u32,
+        /// Name of the chip.
+        chip: String,
+        /// Cores by layer, with what sets their number.
+        breakdown: String,
+        /// What would make it fit.
+        advice: String,
+    },
+    /// The finished map does not pass the chip's checks.
+    #[error(transparent)]
+    Map(#[from] MapError),
+}

@@ -1,0 +1,137 @@
+//! An integer network, not yet placed: what both kinds of input become.
+
+use hw_model::weight::{SignMode, SynapseFormat};
+
+use crate::net::integer::IntegerNet;
+
+/// Populations, host ports and the synapses between them, all integer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IntegerGraph {
+    /// Name.
+    pub name: String,
+    /// Inputs from the host: name and number of lines.
+    pub ports: Vec<(String, usize)>,
+    /// LIF populations in placement order.
+    pub populations: Vec<GraphPopulation>,
+    /// Synapses.
+    pub projections: Vec<Projection>,
+}
+
+/// LIF neurons with equal parameters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GraphPopulation {
+    /// Name.
+    pub name: String,
+    /// Number of neurons.
+    pub neurons: usize,
+    /// Effective decay of the current per 4096.
+    pub decay_current: u16,
+    /// Effective decay of the voltage per 4096.
+    pub decay_voltage: u16,
+    /// Threshold in units of 64.
+    pub threshold_mantissa: u32,
+}
+
+/// Where a projection starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    /// A host port, by index.
+    Port(usize),
+    /// A population, by index.
+    Population(usize),
+}
+
+/// Synapses from a source to a population.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Projection {
+    /// Where spikes come from.
+    pub source: Source,
+    /// Line or neuron of the source that the first row of `mantissas` belongs to.
+    pub first_source: usize,
+    /// Index of the target population.
+    pub target: usize,
+    /// Mantissa from row `i` to neuron `n`: `mantissas[i * targets + n]`.
+    pub mantissas: Vec<i16>,
+    /// Sign mode and exponent.
+    pub signs: Signs,
+    /// Power of two that multiplies every mantissa.
+    pub exponent: i8,
+}
+
+/// How the weights of a projection are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signs {
+    /// One entry per axon in 8-bit mixed mode; dense or sparse, whichever is smaller.
+    Mixed,
+    /// An excitatory and an inhibitory entry per axon, 8 bit each; zero weights are not stored.
+    Split,
+}
+
+impl Signs {
+    /// The synapse formats that the storage needs.
+    pub fn formats(self, exponent: i8) -> Vec<SynapseFormat> {
+        let format = |sign_mode| SynapseFormat { sign_mode, weight_bits: 8, exponent };
+        match self {
+            Signs::Mixed => vec![format(SignMode::Mixed)],
+            Signs::Split => vec![format(SignMode::Excitatory), format(SignMode::Inhibitory)],
+        }
+    }
+}
+
+impl IntegerGraph {
+    /// Number of lines or neurons of a source.
+    pub fn source_len(&self, source: Source) -> usize {
+        match source {
+            Source::Port(port) => self.ports[port].1,
+            Source::Population(population) => self.populations[population].neurons,
+        }
+    }
+
+    /// Excitatory and inhibitory synapses of the projections into population `target` from
+    /// `source`.
+    pub fn synapse_signs(&self, source: Source, target: usize) -> (usize, usize) {
+        let between = |p: &&Projection| p.source == source && p.target == target;
+        let all = || self.projections.iter().filter(between).flat_map(|p| &p.mantissas);
+        (all().filter(|m| **m > 0).count(), all().filter(|m| **m < 0).count())
+    }
+}
+
+impl From<IntegerNet> for IntegerGraph {
+    fn from(net: IntegerNet) -> Self {
+        let mut graph =
+            Self { name: net.name, ports: vec![], populations: vec![], projections: vec![] };
+        let mut sources = Vec::with_capacity(net.populations.len());
+        for population in net.populations {
+            match population.threshold_mantissa {
+                None => {
+                    sources.push(Source::Port(graph.ports.len()));
+                    graph.ports.push((population.name, population.neurons));
+                }
+                Some(threshold_mantissa) => {
+                    sources.push(Source::Population(graph.populations.len()));
+                    graph.populations.push(GraphPopulation {
+                        name: population.name,
+                        neurons: population.neurons,
+                        decay_current: net.decay_current,
+                        decay_voltage: net.decay_voltage,
+                        threshold_mantissa,
+                    });
+                }
+            }
+        }
+        for projection in net.projections {
+            let Source::Population(target) = sources[projection.target] else {
+                unreachable!("the reader refuses synapses onto inputs");
+            };
+            graph.projections.push(Projection {
+                source: sources[projection.source],
+                first_source: 0,
+                target,
+                mantissas: projection.weights,
+                signs: Signs::Mixed,
+                exponent: 0,
+            });
+        }
+        graph
+    }
+}

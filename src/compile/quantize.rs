@@ -1,0 +1,206 @@
+//! Float layers to mantissas, layer by layer.
+//!
+//! In Algorithm 1 of the paper the bias enters the *current*; the chip's bias register enters the
+//! *voltage*. So the bias becomes a synapse from an always-on line, one for each layer, which the
+//! host keeps spiking while that layer's window is open.
+
+use hw_model::ChipSpec;
+use hw_model::fixed::DECAY_UNIT;
+
+use crate::compile::error::CompileError;
+use crate::compile::graph::{GraphPopulation, IntegerGraph, Projection, Signs, Source};
+use crate::compile::policy::{Policy, Scale};
+use crate::net::{Layer, Network};
+
+/// Name of the port that takes the encoder's spikes.
+pub const INPUT_PORT: &str = "in";
+/// Name of the port with one always-on line for each layer.
+pub const BIAS_PORT: &str = "bias";
+/// Relay neurons spike on every input: 120 > 100, as in SAN's `loihi_network`.
+const RELAY_WEIGHT: i16 = 120;
+const RELAY_THRESHOLD: u32 = 100;
+
+/// A layer in integers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QuantizedLayer {
+    /// Mantissas per unit of the float weights.
+    pub scale: f64,
+    /// Threshold in units of 64.
+    pub threshold_mantissa: u32,
+    /// Weights, row-major like [`Layer::weights`].
+    pub weights: Vec<i16>,
+    /// Biases.
+    pub bias: Vec<i16>,
+    /// Power of two that multiplies the bias mantissas.
+    pub bias_exponent: i8,
+}
+
+/// Quantizes one layer.
+///
+/// Errors: nothing but zeros, or a threshold that its register cannot hold.
+pub fn quantize_layer(
+    layer: &Layer,
+    policy: &Policy,
+    chip: &ChipSpec,
+) -> Result<QuantizedLayer, CompileError> {
+    let weight_max = max_magnitude(&layer.weights);
+    let bias_max = max_magnitude(&layer.bias);
+    let (scale, bias_exponent) = match policy.scale {
+        Scale::WeightsAndBias => (policy.mantissa_max() / weight_max.max(bias_max), 0),
+        Scale::WeightsAlignedToThreshold => aligned_scale(layer, policy, weight_max, bias_max),
+    };
+    if !scale.is_finite() {
+        return Err(CompileError::NoScale { layer: layer.name.clone() });
+    }
+    // SAN truncates; an aligned threshold is whole but for the last bit of the product.
+    let mantissa = (layer.threshold * scale + 1e-9).floor() as i64;
+    let limit = chip.arithmetic.threshold_mantissa_max();
+    let threshold_mantissa = u32::try_from(mantissa).ok().filter(|m| (1..=limit).contains(m));
+    let Some(threshold_mantissa) = threshold_mantissa else {
+        let (layer, threshold) = (layer.name.clone(), layer.threshold);
+        let advice = if mantissa < 1 {
+            "the threshold is too small beside the weights: train it to stay above 0, or prune the largest weights"
+        } else {
+            "the threshold is too large beside the weights: the layer can hardly fire"
+        };
+        return Err(CompileError::Threshold { layer, threshold, mantissa, limit, advice });
+    };
+    let bias_scale = scale / f64::from(1u32 << bias_exponent);
+    Ok(QuantizedLayer {
+        scale,
+        threshold_mantissa,
+        weights: layer
+            .weights
+            .chunks(layer.inputs)
+            .flat_map(|row| policy.round_row(&scaled(row, scale)))
+            .collect(),
+        bias: scaled(&layer.bias, bias_scale).iter().map(|b| policy.round(*b)).collect(),
+        bias_exponent: bias_exponent as i8,
+    })
+}
+
+/// Products in 32 bit, as SAN's `loihi_network` makes them: in 64 bit its largest bias of layer 2
+/// would become 255 and not the published 254.
+fn scaled(values: &[f32], scale: f64) -> Vec<f64> {
+    values.iter().map(|value| f64::from(value * scale as f32)).collect()
+}
+
+/// Largest scale at which the weights fit and the threshold is a whole mantissa, and the exponent
+/// that lets the bias fit beside it.
+fn aligned_scale(layer: &Layer, policy: &Policy, weight_max: f64, bias_max: f64) -> (f64, u32) {
+    let largest = policy.mantissa_max() / weight_max;
+    let whole = (layer.threshold * largest).floor();
+    let scale = if whole >= 1.0 { whole / layer.threshold } else { largest };
+    let fits =
+        |exponent: &u32| bias_max * scale <= policy.mantissa_max() * f64::from(1u32 << exponent);
+    (scale, (0..=7).find(fits).unwrap_or(7))
+}
+
+fn max_magnitude(values: &[f32]) -> f64 {
+    values.iter().fold(0.0, |max, value| f64::from(value.abs()).max(max))
+}
+
+/// A network in integers, with the scales that were used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantized {
+    /// Populations and synapses.
+    pub graph: IntegerGraph,
+    /// The layers, in the order of the network.
+    pub layers: Vec<QuantizedLayer>,
+}
+
+/// Quantizes a network and lays out its ports: inputs and biases come from the host, directly or
+/// through relay neurons.
+///
+/// Errors: as [`quantize_layer`].
+pub fn quantize(
+    network: &Network,
+    policy: &Policy,
+    chip: &ChipSpec,
+) -> Result<Quantized, CompileError> {
+    let layers: Vec<_> = network
+        .layers
+        .iter()
+        .map(|layer| quantize_layer(layer, policy, chip))
+        .collect::<Result<_, _>>()?;
+    let mut graph = IntegerGraph {
+        name: network.name.clone(),
+        ports: vec![
+            (INPUT_PORT.to_owned(), network.inputs()),
+            (BIAS_PORT.to_owned(), network.layers.len()),
+        ],
+        populations: Vec::new(),
+        projections: Vec::new(),
+    };
+    let (mut source, bias_source) = if network.relay {
+        (add_relay(&mut graph, 0, "relay"), add_relay(&mut graph, 1, "bias_relay"))
+    } else {
+        (Source::Port(0), Source::Port(1))
+    };
+    let signs = if policy.split_signs { Signs::Split } else { Signs::Mixed };
+    for (index, (layer, quantized)) in network.layers.iter().zip(&layers).enumerate() {
+        let target = graph.populations.len();
+        graph.populations.push(population(layer, quantized));
+        graph.projections.push(Projection {
+            source,
+            first_source: 0,
+            target,
+            mantissas: transposed(&quantized.weights, layer.neurons, layer.inputs),
+            signs,
+            exponent: 0,
+        });
+        graph.projections.push(Projection {
+            source: bias_source,
+            first_source: index,
+            target,
+            mantissas: quantized.bias.clone(),
+            signs,
+            exponent: quantized.bias_exponent,
+        });
+        source = Source::Population(target);
+    }
+    Ok(Quantized { graph, layers })
+}
+
+fn population(layer: &Layer, quantized: &QuantizedLayer) -> GraphPopulation {
+    let decay = |keep: f64| ((1.0 - keep) * f64::from(DECAY_UNIT)).round() as u16;
+    GraphPopulation {
+        name: layer.name.clone(),
+        neurons: layer.neurons,
+        decay_current: decay(layer.keep_current),
+        decay_voltage: decay(layer.keep_voltage),
+        threshold_mantissa: quantized.threshold_mantissa,
+    }
+}
+
+/// Neurons that repeat the lines of `port` one step later, and nothing else.
+fn add_relay(graph: &mut IntegerGraph, port: usize, name: &str) -> Source {
+    let neurons = graph.ports[port].1;
+    let target = graph.populations.len();
+    graph.populations.push(GraphPopulation {
+        name: name.to_owned(),
+        neurons,
+        decay_current: DECAY_UNIT as u16,
+        decay_voltage: DECAY_UNIT as u16,
+        threshold_mantissa: RELAY_THRESHOLD,
+    });
+    let mut mantissas = vec![0; neurons * neurons];
+    (0..neurons).for_each(|i| mantissas[i * neurons + i] = RELAY_WEIGHT);
+    graph.projections.push(Projection {
+        source: Source::Port(port),
+        first_source: 0,
+        target,
+        mantissas,
+        signs: Signs::Split,
+        exponent: 0,
+    });
+    Source::Population(target)
+}
+
+fn transposed(weights: &[i16], rows: usize, columns: usize) -> Vec<i16> {
+    (0..columns).flat_map(|c| (0..rows).map(move |r| weights[r * columns + c])).collect()
+}
+
+#[cfg(test)]
+#[path = "quantize_tests.rs"]
+mod tests;

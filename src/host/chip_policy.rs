@@ -1,0 +1,146 @@
+//! The emulated chip as a driver.
+
+use hw_model::engine::{SpikeRecord, Stimulus};
+use hw_model::{Engine, OpCounts};
+
+use crate::host::decode;
+use crate::host::deployment::{DecisionProgram, Deployment};
+use crate::host::encode::encode;
+use crate::policy::{Action, Observation, Policy};
+use crate::reference::InputSpikes;
+use crate::rng::Streams;
+
+/// What the chip did since it was last asked.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ChipUse {
+    /// Decisions made.
+    pub decisions: u64,
+    /// Everything, all steps, host operations included.
+    pub counts: OpCounts,
+    /// What cores did within their own population's decision window: the operations of
+    /// Algorithm 1, without what idle and trailing steps add.
+    pub windowed: OpCounts,
+    /// Modelled chip time in picoseconds, one value for each cost table.
+    pub time_ps: Vec<u64>,
+}
+
+impl std::ops::AddAssign<&ChipUse> for ChipUse {
+    fn add_assign(&mut self, other: &ChipUse) {
+        self.decisions += other.decisions;
+        self.counts += &other.counts;
+        self.windowed += &other.windowed;
+        self.time_ps.resize(self.time_ps.len().max(other.time_ps.len()), 0);
+        self.time_ps.iter_mut().zip(&other.time_ps).for_each(|(sum, one)| *sum += one);
+    }
+}
+
+/// Drives with a compiled network on an engine.
+pub struct ChipPolicy {
+    engine: Box<dyn Engine>,
+    program: DecisionProgram,
+    /// Population of each core, for the windows.
+    population_of_core: Vec<Option<usize>>,
+    streams: Streams,
+    decisions: u64,
+    windowed: OpCounts,
+}
+
+impl std::fmt::Debug for ChipPolicy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ChipPolicy").field("decisions", &self.decisions).finish_non_exhaustive()
+    }
+}
+
+impl ChipPolicy {
+    /// A driver on `engine`, which must run the map of `deployment`; `None` when the deployment
+    /// has no encoder and decoder.
+    pub fn new(deployment: &Deployment, engine: Box<dyn Engine>) -> Option<Self> {
+        let program = deployment.program.clone()?;
+        let map = engine.map();
+        let mut population_of_core = vec![None; map.cores().len()];
+        for (population, about) in map.populations().iter().enumerate() {
+            about.slices.iter().for_each(|s| population_of_core[s.core.index()] = Some(population));
+        }
+        let streams = Streams::new(0, 0);
+        let windowed = OpCounts::default();
+        Some(Self { engine, program, population_of_core, streams, decisions: 0, windowed })
+    }
+
+    /// One decision from cleared state: spike counts of the output neurons.
+    ///
+    /// Shapes: `input[step][line]`, T steps.
+    pub fn decide(&mut self, input: &InputSpikes) -> Vec<u32> {
+        self.engine.reset();
+        let output = self.program.output as usize;
+        let mut record = SpikeRecord::of_population(self.engine.map(), output);
+        let start = self.engine.now();
+        let mut before = self.engine.core_counts();
+        for step in 0..self.program.chip_steps {
+            let stimulus = self.stimulus(input, step);
+            self.engine.run(&stimulus, &mut record);
+            let after = self.engine.core_counts();
+            self.add_windowed(step, &before, &after);
+            before = after;
+        }
+        let outputs = self.engine.map().populations()[output].len();
+        self.engine.count_host_reads(outputs as u64);
+        self.decisions += 1;
+        self.count_output(&record, start, outputs)
+    }
+
+    /// Encoded spikes while there are any, and the bias lines whose layer is about to open.
+    fn stimulus(&self, input: &InputSpikes, step: u32) -> Stimulus {
+        let program = &self.program;
+        let lines = input.get(step as usize).map_or(&[][..], Vec::as_slice);
+        let inputs = lines.iter().enumerate().filter(|(_, spike)| **spike);
+        let inputs = inputs.map(|(line, _)| (0, program.input_port, line as u32));
+        let open = |start: &u32| (*start..start + program.steps).contains(&step);
+        let biases = program.bias_starts.iter().enumerate().filter(|(_, start)| open(start));
+        let biases = biases.map(|(line, _)| (0, program.bias_port, line as u32));
+        Stimulus::new(self.engine.map(), 1, inputs.chain(biases))
+            .expect("the program was checked against the map")
+    }
+
+    fn add_windowed(&mut self, step: u32, before: &[OpCounts], after: &[OpCounts]) {
+        let cores = self.population_of_core.iter().zip(before.iter().zip(after));
+        for (population, (before, after)) in cores {
+            if population.is_some_and(|population| self.program.in_window(population, step)) {
+                self.windowed += &(*after - *before);
+            }
+        }
+    }
+
+    fn count_output(&self, record: &SpikeRecord, start: u64, outputs: usize) -> Vec<u32> {
+        let output = self.program.output as usize;
+        let open = start + u64::from(self.program.output_start());
+        let window = open..open + u64::from(self.program.steps);
+        let mut counts = vec![0; outputs];
+        for (step, neuron) in &record.by_population(self.engine.map())[output] {
+            counts[*neuron as usize] += u32::from(window.contains(step));
+        }
+        counts
+    }
+
+    /// Everything since the policy was made.
+    pub fn chip_use(&self) -> ChipUse {
+        ChipUse {
+            decisions: self.decisions,
+            counts: self.engine.total_counts(),
+            windowed: self.windowed,
+            time_ps: self.engine.chip_time_ps().to_vec(),
+        }
+    }
+}
+
+impl Policy for ChipPolicy {
+    fn start_trial(&mut self, streams: Streams) {
+        self.streams = streams;
+    }
+
+    fn act(&mut self, observation: &Observation, tick: u64) -> Action {
+        let program = &self.program;
+        let input = encode(&program.encoder, observation, program.steps, &self.streams, tick);
+        let counts = self.decide(&input);
+        decode(&counts, self.program.steps)
+    }
+}

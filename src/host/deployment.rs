@@ -1,0 +1,249 @@
+//! What `compile` writes and `run` and `drive` read: a core map and the host's program for it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use hw_model::container::{self, Kind};
+use hw_model::error::ContainerError;
+use hw_model::{ChipSpec, CoreMap, CoreMapParts, MapError};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
+use crate::compile::{CompileError, IntegerGraph, Policy, place};
+use crate::net::integer::IntegerNet;
+use crate::net::{Network, RateEncoder};
+
+const KIND: Kind = Kind {
+    label: *b"SPIKELP\0",
+    version: 1,
+    advice: "compile the network again with `spikeloop compile`",
+};
+
+/// A compiled network.
+#[derive(Debug, Clone)]
+pub struct Deployment {
+    /// Name of the network.
+    pub network: String,
+    /// Name of the quantization policy; "integer" when there was nothing to quantize.
+    pub policy: String,
+    /// The chip's part.
+    pub map: Arc<CoreMap>,
+    /// The host's part; `None` for a network without encoder and decoder.
+    pub program: Option<DecisionProgram>,
+    /// Mantissas per unit of the float weights, by layer.
+    pub scales: Vec<(String, f64)>,
+}
+
+/// The same as plain data, as it lies in the file.
+#[derive(Debug, Serialize, Deserialize)]
+struct DeploymentFile {
+    network: String,
+    policy: String,
+    map: CoreMapParts,
+    program: Option<DecisionProgram>,
+    scales: Vec<(String, f64)>,
+}
+
+/// How the host makes one decision with the chip. Steps count from 0 at the start of a decision;
+/// a spike injected in step `t` arrives in step `t + 1`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DecisionProgram {
+    /// `T`: steps for which inputs are injected and outputs are counted.
+    pub steps: u32,
+    /// Chip steps per decision: T and one for each population on the way.
+    pub chip_steps: u32,
+    /// Index of the port for encoded spikes.
+    pub input_port: u32,
+    /// Index of the port with one always-on line for each layer.
+    pub bias_port: u32,
+    /// First step in which each bias line is injected; it goes on for T steps.
+    pub bias_starts: Vec<u32>,
+    /// First step of each population's window, by population of the map; T steps long.
+    pub window_starts: Vec<u32>,
+    /// Index of the output population.
+    pub output: u32,
+    /// Observation to spike probabilities.
+    pub encoder: RateEncoder,
+}
+
+/// A deployment file that cannot be used.
+#[derive(Debug, Error)]
+pub enum DeploymentError {
+    /// Not a sound container.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
+    /// The map in it does not pass the chip's checks.
+    #[error("{file}: {source}")]
+    Map {
+        /// The file.
+        file: String,
+        /// What does not fit.
+        source: Box<MapError>,
+    },
+    /// The host program does not go with the map.
+    #[error("{file}: host program: {problem}; compile the network again with `spikeloop compile`")]
+    Program {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl Deployment {
+    /// Compiles a float network.
+    ///
+    /// Errors: as [`quantize`] and [`place::place`].
+    pub fn compile(
+        network: &Network,
+        policy: &Policy,
+        chip: &ChipSpec,
+        neurons_per_core_max: Option<usize>,
+    ) -> Result<Self, CompileError> {
+        let quantized = quantize(network, policy, chip)?;
+        let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
+        let scales = network.layers.iter().zip(&quantized.layers);
+        Ok(Self {
+            network: network.name.clone(),
+            policy: policy.name.to_owned(),
+            program: Some(DecisionProgram::new(network, &quantized, &map)),
+            scales: scales.map(|(layer, q)| (layer.name.clone(), q.scale)).collect(),
+            map: Arc::new(map),
+        })
+    }
+
+    /// Places an integer network.
+    ///
+    /// Errors: as [`place::place`].
+    pub fn of_integers(
+        net: IntegerNet,
+        chip: &ChipSpec,
+        neurons_per_core_max: Option<usize>,
+    ) -> Result<Self, CompileError> {
+        let network = net.name.clone();
+        let map = place::place(&IntegerGraph::from(net), chip, neurons_per_core_max)?;
+        let policy = "integer".to_owned();
+        Ok(Self { network, policy, map: Arc::new(map), program: None, scales: Vec::new() })
+    }
+
+    /// Bytes of the deployment's file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let file = DeploymentFile {
+            network: self.network.clone(),
+            policy: self.policy.clone(),
+            map: self.map.parts().clone(),
+            program: self.program.clone(),
+            scales: self.scales.clone(),
+        };
+        container::to_bytes(KIND, &file)
+    }
+
+    /// Writes the file; it is there whole or not at all.
+    ///
+    /// Errors: what the operating system says.
+    pub fn write(&self, path: &Path) -> Result<(), ContainerError> {
+        container::write_atomically(path, &self.to_bytes())
+    }
+
+    /// Reads a file and checks everything in it.
+    ///
+    /// Errors: a damaged container, a map beyond its chip, a program that does not go with it.
+    pub fn read(path: &Path) -> Result<Self, DeploymentError> {
+        Self::checked(&path.display().to_string(), container::read(KIND, path)?)
+    }
+
+    /// The same from memory; `file` is the name that errors mention.
+    pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Self, DeploymentError> {
+        Self::checked(file, container::from_bytes(KIND, file, bytes)?)
+    }
+
+    fn checked(file: &str, content: DeploymentFile) -> Result<Self, DeploymentError> {
+        let map = CoreMap::new(content.map).map_err(|source| DeploymentError::Map {
+            file: file.to_owned(),
+            source: Box::new(source),
+        })?;
+        if let Some(program) = &content.program {
+            program
+                .check(&map)
+                .map_err(|problem| DeploymentError::Program { file: file.to_owned(), problem })?;
+        }
+        Ok(Self {
+            network: content.network,
+            policy: content.policy,
+            map: Arc::new(map),
+            program: content.program,
+            scales: content.scales,
+        })
+    }
+}
+
+impl DecisionProgram {
+    /// The program for a freshly compiled network.
+    fn new(network: &Network, quantized: &Quantized, map: &CoreMap) -> Self {
+        let relays = u32::from(network.relay);
+        // Inputs injected from step 0 on reach the first population in step 1.
+        let window_start = |name: &str| {
+            let layer = network.layers.iter().position(|layer| layer.name == name);
+            layer.map_or(1, |layer| layer as u32 + 1 + relays)
+        };
+        let port = |name: &str| map.port(name).expect("quantize makes the port") as u32;
+        let populations = quantized.graph.populations.iter();
+        Self {
+            steps: network.steps,
+            chip_steps: network.steps + network.layers.len() as u32 + relays,
+            input_port: port(INPUT_PORT),
+            bias_port: port(BIAS_PORT),
+            // A bias travels like the inputs, and layer k works k steps after the first.
+            bias_starts: (0..network.layers.len() as u32).collect(),
+            window_starts: populations.map(|p| window_start(&p.name)).collect(),
+            output: quantized.graph.populations.len() as u32 - 1,
+            encoder: network.encoder,
+        }
+    }
+
+    /// First step of the output's window.
+    pub fn output_start(&self) -> u32 {
+        self.window_starts[self.output as usize]
+    }
+
+    /// Whether population `population` is in its window in step `step`.
+    pub fn in_window(&self, population: usize, step: u32) -> bool {
+        let start = self.window_starts[population];
+        (start..start + self.steps).contains(&step)
+    }
+
+    /// What does not go with `map`, in words.
+    fn check(&self, map: &CoreMap) -> Result<(), String> {
+        let lines = |port: u32| map.ports().get(port as usize).map(|port| port.lines as usize);
+        let steps_max = 1 << 16;
+        if self.steps == 0 || self.chip_steps > steps_max || self.steps > self.chip_steps {
+            return Err(format!("{} of {} steps", self.steps, self.chip_steps));
+        }
+        if lines(self.input_port) != Some(crate::net::encoder::RATE_INPUTS) {
+            return Err(format!("input port has {:?} lines", lines(self.input_port)));
+        }
+        if lines(self.bias_port).is_none_or(|lines| lines < self.bias_starts.len()) {
+            return Err(format!("bias port has {:?} lines", lines(self.bias_port)));
+        }
+        if self.window_starts.len() != map.populations().len() {
+            return Err(format!(
+                "windows for {} populations, the map has {}",
+                self.window_starts.len(),
+                map.populations().len()
+            ));
+        }
+        let late = self.window_starts.iter().chain(&self.bias_starts).find(|s| **s > steps_max);
+        if let Some(late) = late {
+            return Err(format!("a window starts at step {late}"));
+        }
+        match map.populations().get(self.output as usize).map(|p| p.len()) {
+            Some(2) => Ok(()),
+            other => Err(format!("output population has {other:?} neurons, 2 expected")),
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "deployment_tests.rs"]
+mod tests;

@@ -1,0 +1,31 @@
+//! Networks that can be named instead of given as a file.
+
+use std::path::Path;
+
+use crate::files;
+use crate::net::description;
+use crate::net::error::NetError;
+use crate::net::network::Network;
+
+const SAN: &str = include_str!("builtin/san.toml");
+
+/// Names of the built-in descriptions.
+pub const NAMES: [&str; 1] = ["san"];
+
+/// Reads a network from a description file or by its built-in name.
+///
+/// Errors: as [`description::read`]; an unknown name; a built-in network without its weights.
+pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
+    let path = Path::new(name);
+    if path.exists() || path.extension().is_some() {
+        return description::read(path, weights);
+    }
+    match (name, weights) {
+        ("san", Some(weights)) => {
+            let bytes = files::read_bytes(weights)?;
+            description::from_memory("san", SAN, &weights.display().to_string(), &bytes)
+        }
+        ("san", None) => Err(NetError::NoWeights { file: "san".to_owned() }),
+        _ => Err(NetError::Unknown { name: name.to_owned(), known: NAMES.join(", ") }),
+    }
+}

@@ -1,0 +1,83 @@
+//! What can be wrong with a network.
+
+use thiserror::Error;
+
+use crate::files::FileError;
+use crate::npz::NpzError;
+
+/// A description or weights file that cannot be used.
+#[derive(Debug, Error)]
+pub enum NetError {
+    /// Cannot be read at all.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The npz file with the weights or spikes cannot be used.
+    #[error(transparent)]
+    Npz(#[from] NpzError),
+    /// Not of the expected form.
+    #[error("{file}: {message}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What the reader found, with line and column.
+        message: String,
+    },
+    /// No built-in network has this name.
+    #[error("{name}: neither a file nor a built-in network (there is: {known})")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The description names no weights file and none was given.
+    #[error("{file}: names no weights file; give one with --weights FILE")]
+    NoWeights {
+        /// The description.
+        file: String,
+    },
+    /// A number in the description is outside of its range.
+    #[error("{file}: {place}: {what} = {value}, must be {limit}")]
+    Value {
+        /// The file.
+        file: String,
+        /// Layer or section.
+        place: String,
+        /// Name of the value.
+        what: &'static str,
+        /// The value found.
+        value: String,
+        /// What is allowed.
+        limit: String,
+    },
+    /// A tensor is missing or has another shape or type.
+    #[error("{file}: layer {layer}: tensor {tensor}: {found} found, {expected} expected")]
+    Tensor {
+        /// The weights file.
+        file: String,
+        /// Layer that needs the tensor.
+        layer: String,
+        /// Name of the tensor.
+        tensor: String,
+        /// Shape and type found, or "nothing".
+        found: String,
+        /// Shape and type needed.
+        expected: String,
+    },
+    /// A weight is not a number.
+    #[error(
+        "{file}: layer {layer}: tensor {tensor}: element {index} is {value}, must be finite; train or export again"
+    )]
+    NotFinite {
+        /// The weights file.
+        file: String,
+        /// Layer of the weight.
+        layer: String,
+        /// Name of the tensor.
+        tensor: String,
+        /// Position in the tensor.
+        index: usize,
+        /// The value.
+        value: f32,
+    },
+}

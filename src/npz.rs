@@ -1,0 +1,145 @@
+//! Arrays of whole numbers in NumPy's npz files.
+
+use std::io::{Cursor, Read, Write};
+use std::path::Path;
+
+use npyz::{DType, NpyFile, WriterBuilder};
+use thiserror::Error;
+
+use crate::files::{self, FileError};
+
+/// Largest number of elements per array.
+const ELEMENTS_MAX: u64 = 1 << 28;
+
+/// An npz file that cannot be used.
+#[derive(Debug, Error)]
+pub enum NpzError {
+    /// Cannot be read at all.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Not a zip archive of arrays.
+    #[error("{file}: not a readable npz archive ({message}); save it with numpy.savez")]
+    Archive {
+        /// The file.
+        file: String,
+        /// What the reader says.
+        message: String,
+    },
+    /// An array is not there or not usable.
+    #[error("{file}: array {array}: {message}")]
+    Array {
+        /// The file.
+        file: String,
+        /// Name of the array.
+        array: String,
+        /// What is wrong and what is expected.
+        message: String,
+    },
+}
+
+/// An array of whole numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IntArray {
+    /// Extent of each dimension.
+    pub shape: Vec<u64>,
+    /// Elements, last dimension fastest.
+    pub values: Vec<i64>,
+}
+
+/// An npz file in memory.
+#[derive(Debug)]
+pub struct Npz {
+    file: String,
+    archive: zip::ZipArchive<Cursor<Vec<u8>>>,
+}
+
+impl Npz {
+    /// Reads the directory of an archive.
+    ///
+    /// Errors: not readable, not a zip archive.
+    pub fn open(path: &Path) -> Result<Self, NpzError> {
+        Self::from_bytes(&path.display().to_string(), files::read_bytes(path)?)
+    }
+
+    /// The same from memory; `file` is the name that errors mention.
+    pub fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, NpzError> {
+        let archive = zip::ZipArchive::new(Cursor::new(bytes))
+            .map_err(|e| NpzError::Archive { file: file.to_owned(), message: e.to_string() })?;
+        Ok(Self { file: file.to_owned(), archive })
+    }
+
+    /// One array of whole numbers by name.
+    ///
+    /// Errors: no such array, floats, Fortran order, more elements than fit, or damaged data.
+    pub fn ints(&mut self, name: &str) -> Result<IntArray, NpzError> {
+        let file = self.file.clone();
+        let error = |message: String| NpzError::Array {
+            file: file.clone(),
+            array: name.to_owned(),
+            message,
+        };
+        let mut entry =
+            self.archive.by_name(&format!("{name}.npy")).map_err(|e| error(e.to_string()))?;
+        let mut bytes = Vec::new();
+        let limit = ELEMENTS_MAX * 8 + 4096;
+        entry.by_ref().take(limit).read_to_end(&mut bytes).map_err(|e| error(e.to_string()))?;
+        let npy = NpyFile::new(&bytes[..]).map_err(|e| error(e.to_string()))?;
+        let shape = npy.shape().to_vec();
+        let elements = shape.iter().try_fold(1u64, |n, extent| n.checked_mul(*extent));
+        if elements.is_none_or(|n| n > bytes.len() as u64) {
+            return Err(error(format!("shape {shape:?} is larger than the data")));
+        }
+        if npy.order() != npyz::Order::C {
+            return Err(error(
+                "is in Fortran order; save it with numpy.ascontiguousarray".to_owned(),
+            ));
+        }
+        let values = ints_of(npy).map_err(error)?;
+        Ok(IntArray { shape, values })
+    }
+}
+
+fn ints_of(npy: NpyFile<&[u8]>) -> Result<Vec<i64>, String> {
+    let dtype = npy.dtype();
+    let DType::Plain(plain) = &dtype else {
+        return Err(format!("has the structured type {}", dtype.descr()));
+    };
+    macro_rules! widen {
+        ($t:ty) => {
+            npy.into_vec::<$t>().map_err(|e| e.to_string())?.into_iter().map(|v| v as i64).collect()
+        };
+    }
+    Ok(match (plain.type_char(), plain.size_field()) {
+        (npyz::TypeChar::Int, 1) => widen!(i8),
+        (npyz::TypeChar::Int, 2) => widen!(i16),
+        (npyz::TypeChar::Int, 4) => widen!(i32),
+        (npyz::TypeChar::Int, 8) => widen!(i64),
+        (npyz::TypeChar::Uint, 1) => widen!(u8),
+        (npyz::TypeChar::Uint, 2) => widen!(u16),
+        (npyz::TypeChar::Uint, 4) => widen!(u32),
+        _ => return Err(format!("has the type {}, whole numbers expected", dtype.descr())),
+    })
+}
+
+/// Bytes of an npz file with the given one-dimensional arrays.
+pub fn to_bytes(arrays: &[(String, Vec<i32>)]) -> std::io::Result<Vec<u8>> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    // A fixed date keeps the bytes of equal results equal.
+    let options = zip::write::FileOptions::default()
+        .compression_method(zip::CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default());
+    for (name, values) in arrays {
+        archive.start_file(format!("{name}.npy"), options)?;
+        let mut npy = Vec::new();
+        let options = npyz::WriteOptions::new().default_dtype();
+        let mut writer = options.shape(&[values.len() as u64]).writer(&mut npy).begin_nd()?;
+        writer.extend(values.iter().copied())?;
+        writer.finish()?;
+        archive.write_all(&npy)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+#[cfg(test)]
+#[path = "npz_tests.rs"]
+mod tests;

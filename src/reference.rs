@@ -1,0 +1,38 @@
+//! Two references that know nothing of cores: floating point and fixed point, layer by layer.
+//!
+//! ```text
+//! float (Algorithm 1) ~ fixed (the same in chip arithmetic) == DenseEngine == EventEngine
+//! ```
+//! The first step is measured (`spikeloop agreement`), the others are exact and tested.
+
+pub mod fixed;
+pub mod float;
+
+pub use fixed::FixedNetwork;
+pub use float::{FloatNetwork, FloatPolicy};
+
+/// Spikes of one decision: for each step, one flag per input.
+pub type InputSpikes = Vec<Vec<bool>>;
+
+/// What a decision of a network shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Decision {
+    /// Spikes of each output neuron over all steps.
+    pub output_counts: Vec<u32>,
+    /// Spikes of each layer in each step: `layer_counts[layer][step]`.
+    pub layer_counts: Vec<Vec<u32>>,
+}
+
+impl Decision {
+    /// No spikes yet.
+    fn new(layers: usize, outputs: usize) -> Self {
+        Self { output_counts: vec![0; outputs], layer_counts: vec![Vec::new(); layers] }
+    }
+
+    fn add_step(&mut self, layer: usize, spikes: &[bool], last: bool) {
+        self.layer_counts[layer].push(spikes.iter().filter(|s| **s).count() as u32);
+        if last {
+            self.output_counts.iter_mut().zip(spikes).for_each(|(n, s)| *n += u32::from(*s));
+        }
+    }
+}

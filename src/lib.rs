@@ -1,3 +1,5 @@
 //! spikeloop: see ARCHITECTURE.md.
+pub mod closed_loop;
 pub mod policy;
 pub mod rng;
+pub mod world;

@@ -1,9 +1,14 @@
 //! spikeloop: see ARCHITECTURE.md.
+
+pub mod closed_loop;
 pub mod compile;
+pub mod evaluate;
 pub mod files;
 pub mod host;
 pub mod net;
 pub mod npz;
 pub mod policy;
 pub mod reference;
+pub mod report;
 pub mod rng;
+pub mod world;

@@ -1,1 +1,15 @@
-fn main() {}
+//! The command line of spikeloop.
+
+mod cli;
+
+use clap::Parser;
+
+fn main() -> std::process::ExitCode {
+    match cli::run(cli::Args::parse()) {
+        Ok(verdict) => verdict.into(),
+        Err(error) => {
+            eprintln!("error: {error}");
+            cli::BAD_INPUT.into()
+        }
+    }
+}

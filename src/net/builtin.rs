@@ -1,5 +1,7 @@
 //! Networks that can be named instead of given as a file.
 
+mod reflex;
+
 use std::path::Path;
 
 use crate::files;
@@ -10,7 +12,7 @@ use crate::net::network::Network;
 const SAN: &str = include_str!("builtin/san.toml");
 
 /// Names of the built-in descriptions.
-pub const NAMES: [&str; 1] = ["san"];
+pub const NAMES: [&str; 2] = ["reflex", "san"];
 
 /// Reads a network from a description file or by its built-in name.
 ///
@@ -21,6 +23,11 @@ pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
         return description::read(path, weights);
     }
     match (name, weights) {
+        ("reflex", None) => Ok(reflex::network()),
+        ("reflex", Some(weights)) => Err(NetError::Syntax {
+            file: weights.display().to_string(),
+            message: "the built-in network reflex is wired by hand and takes no weights; leave --weights out".to_owned(),
+        }),
         ("san", Some(weights)) => {
             let bytes = files::read_bytes(weights)?;
             description::from_memory("san", SAN, &weights.display().to_string(), &bytes)

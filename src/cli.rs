@@ -1,0 +1,56 @@
+//! Verbs of the command line. Everything that prints, reads the clock or writes files is here.
+
+mod args;
+mod compile;
+mod demo;
+mod drive;
+mod inspect;
+mod output;
+mod report;
+mod run;
+mod trace;
+
+pub use args::Args;
+
+use args::Verb;
+
+/// Any error: its text goes to the user.
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// Exit code for input that cannot be used.
+pub const BAD_INPUT: u8 = 2;
+
+/// How a command that could do its work ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// As expected: exit code 0.
+    Good,
+    /// Done, but the result differs from what was expected: exit code 1.
+    Differs,
+}
+
+impl From<Verdict> for std::process::ExitCode {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Good => Self::from(0),
+            Verdict::Differs => Self::from(1),
+        }
+    }
+}
+
+/// Runs the verb that was typed.
+pub fn run(args: Args) -> Result<Verdict, Failure> {
+    match args.verb {
+        Verb::Compile(args) => compile::run(&args),
+        Verb::Inspect(args) => inspect::run(&args),
+        Verb::Run(args) => run::run(&args),
+        Verb::Drive(args) => drive::run(&args),
+        Verb::Demo(args) => demo::run(&args),
+        Verb::Report(args) => report::run(&args),
+        Verb::Trace(args) => trace::run(&args),
+        Verb::Completions { shell } => {
+            output::completions(shell);
+            Ok(Verdict::Good)
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use spikeloop::world::robot::Actuators;
+
+/// Compiles spiking controllers to a Loihi-like chip and flies the closed loop on the emulated
+/// chip.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+pub struct Args {
+    #[command(subcommand)]
+    pub(super) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// Quantize, partition and place a network; write a core map
+    Compile(CompileArgs),
+    /// Print what a core map uses of the chip
+    Inspect(InspectArgs),
+    /// Run a core map on given input spikes
+    Run(RunArgs),
+    /// Drive a robot through an arena with a network (float) or a core map (chip)
+    Drive(DriveArgs),
+    /// The whole loop in one command: compile, drive float and chip, report
+    Demo(DemoArgs),
+    /// Put results of `drive` into one HTML page
+    Report(ReportArgs),
+    /// Record or check golden traces
+    Trace(TraceArgs),
+    /// Print a completion script
+    Completions {
+        /// Shell to complete for
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct CompileArgs {
+    /// Description file (.toml), integer network (.json), or a built-in name (reflex, san)
+    pub(super) network: String,
+    /// Trained weights (.safetensors), or .npz for an integer network
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// Built-in chip, or a chip file (.toml)
+    #[arg(long, default_value = "loihi1", value_name = "NAME|FILE")]
+    pub(super) chip: String,
+    /// Quantization policy: nearest, san, mixed, diffused, san-nearest
+    #[arg(long, default_value = "nearest", value_name = "NAME")]
+    pub(super) policy: String,
+    /// Largest number of neurons of one layer on a core
+    #[arg(long, value_name = "N")]
+    pub(super) neurons_per_core: Option<usize>,
+    /// Core map to write
+    #[arg(short, long, value_name = "MAP")]
+    pub(super) output: PathBuf,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct InspectArgs {
+    /// Core map
+    pub(super) map: PathBuf,
+    /// Print JSON
+    #[arg(long, conflicts_with = "dump")]
+    pub(super) json: bool,
+    /// Print the whole map as text
+    #[arg(long)]
+    pub(super) dump: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum EngineArg {
+    /// Event-driven
+    Event,
+    /// Dense fixed-point reference
+    Dense,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct RunArgs {
+    /// Core map
+    pub(super) map: PathBuf,
+    /// Input spikes (.npz): arrays PORT_t and PORT_i for each port
+    #[arg(long, value_name = "IN.npz")]
+    pub(super) spikes: PathBuf,
+    /// Chip steps; the default is the last input step and one more for each population
+    #[arg(long, value_name = "N")]
+    pub(super) steps: Option<usize>,
+    /// Engine
+    #[arg(long, value_enum, default_value = "event")]
+    pub(super) engine: EngineArg,
+    /// Threads of the event engine
+    #[arg(long, default_value_t = 1, value_name = "K")]
+    pub(super) threads: usize,
+    /// Spikes to write (.npz): arrays POPULATION_t and POPULATION_i
+    #[arg(short, long, value_name = "OUT.npz")]
+    pub(super) output: Option<PathBuf>,
+    /// Counts and digests to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct DriveArgs {
+    /// What drives, each in turn on the same trials: core maps (chip), description files or
+    /// built-in names (float), or `straight`
+    #[arg(required = true, value_name = "MAP|NETWORK")]
+    pub(super) drivers: Vec<String>,
+    /// Weights of the networks that are not core maps
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// Arena file, or a built-in name (courtyard, courtyard-moving)
+    #[arg(long, default_value = "courtyard", value_name = "FILE|NAME")]
+    pub(super) arena: String,
+    /// Start and goal of each trial; drawn from the seed when not given
+    #[arg(long, value_name = "FILE")]
+    pub(super) pairs: Option<PathBuf>,
+    /// Number of trials; all pairs of the file, or 200
+    #[arg(long, value_name = "N")]
+    pub(super) trials: Option<usize>,
+    /// Seed of all random streams
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Number of seeds, from --seed on
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub(super) repeats: u64,
+    /// Fastest wheel speed
+    #[arg(long, default_value_t = 0.5, value_name = "M_PER_S")]
+    pub(super) v_max: f64,
+    /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds
+    #[arg(long, default_value = "ideal", value_name = "PRESET")]
+    pub(super) actuators: Actuators,
+    /// Control ticks per second (SAN 10, EEM-SAN 20)
+    #[arg(long, default_value_t = 10, value_name = "HZ")]
+    pub(super) control_hz: u32,
+    /// Control ticks before a trial is out of time
+    #[arg(long, default_value_t = 1000, value_name = "N")]
+    pub(super) ticks_max: u64,
+    /// Leave out the 1 % action noise of SAN's evaluation
+    #[arg(long)]
+    pub(super) no_action_noise: bool,
+    /// Engine for core maps
+    #[arg(long, value_enum, default_value = "event")]
+    pub(super) engine: EngineArg,
+    /// Threads, each flying trials of its own; all cores by default
+    #[arg(long, value_name = "K")]
+    pub(super) threads: Option<usize>,
+    /// Result file
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Picture of the trajectories (.svg)
+    #[arg(long, value_name = "FILE")]
+    pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct DemoArgs {
+    /// Folder with SAN's published weights, world and pairs: drive these instead of the built-in
+    /// network
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) san: Option<PathBuf>,
+    /// Number of trials
+    #[arg(long, default_value_t = 200, value_name = "N")]
+    pub(super) trials: usize,
+    /// Seed of all random streams
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Folder for the core map, the results and the report
+    #[arg(short, long, default_value = "out", value_name = "FOLDER")]
+    pub(super) output: PathBuf,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct ReportArgs {
+    /// Results of `drive --json`
+    #[arg(required = true, value_name = "RESULT.json")]
+    pub(super) results: Vec<PathBuf>,
+    /// Page to write (.html)
+    #[arg(short, long, value_name = "OUT")]
+    pub(super) output: PathBuf,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct TraceArgs {
+    #[command(subcommand)]
+    pub(super) verb: TraceVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum TraceVerb {
+    /// Write the expectation of each trace anew
+    Record {
+        /// Trace files or folders; `traces` by default
+        paths: Vec<PathBuf>,
+    },
+    /// Compare each trace with what every engine does now
+    Check {
+        /// Trace files or folders; `traces` by default
+        paths: Vec<PathBuf>,
+    },
+}

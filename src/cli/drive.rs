@@ -1,0 +1,181 @@
+//! `spikeloop drive`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use spikeloop::closed_loop::TrialConfig;
+use spikeloop::evaluate::{Driver, EngineKind, fly};
+use spikeloop::host::Deployment;
+use spikeloop::net::builtin;
+use spikeloop::report::plot::trajectories;
+use spikeloop::report::results::{ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm};
+use spikeloop::report::tables::{cost_table, outcome_table, overflow_line};
+use spikeloop::rng::Streams;
+use spikeloop::world::World;
+use spikeloop::world::arena::Arena;
+use spikeloop::world::pairs::{Pair, PairRules, check_pairs, generate_pairs, read_pairs};
+
+use crate::cli::args::{DriveArgs, EngineArg};
+use crate::cli::output::{self, REVISION, print_header, progress};
+use crate::cli::{Failure, Verdict};
+
+const TRIALS_DEFAULT: usize = 200;
+
+pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
+    let engine = match args.engine {
+        EngineArg::Event => EngineKind::Event,
+        EngineArg::Dense => EngineKind::Dense,
+    };
+    let drivers: Vec<Driver> = args
+        .drivers
+        .iter()
+        .map(|name| driver(name, args.weights.as_deref(), engine))
+        .collect::<Result<_, _>>()?;
+    let flight = Flight::prepare(args)?;
+    let result = flight.fly_all(&drivers, args.seed, args.repeats)?;
+    print_result(&result);
+    if let Some(path) = &args.json {
+        output::write(path, &serde_json::to_vec(&result)?)?;
+    }
+    if let Some(path) = &args.plot {
+        output::write(path, trajectories(&result).as_bytes())?;
+    }
+    Ok(Verdict::Good)
+}
+
+/// A core map by its label, `straight`, or else a network.
+fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driver, Failure> {
+    if name == "straight" {
+        return Ok(Driver::straight());
+    }
+    let path = Path::new(name);
+    let network = path.extension().is_none_or(|extension| extension == "toml");
+    if network && builtin::NAMES.contains(&name) || path.extension().is_some_and(|e| e == "toml") {
+        return Ok(Driver::float(&builtin::read(name, weights)?));
+    }
+    if !path.exists() && network {
+        return Ok(Driver::float(&builtin::read(name, weights)?));
+    }
+    chip_driver(Deployment::read(path)?, name, engine)
+}
+
+/// A compiled network as a driver; `name` is what errors mention.
+pub(super) fn chip_driver(
+    deployment: Deployment,
+    name: &str,
+    engine: EngineKind,
+) -> Result<Driver, Failure> {
+    Driver::chip(deployment, engine).ok_or_else(|| {
+        format!("{name}: an integer network without encoder and decoder cannot drive; use `spikeloop run`").into()
+    })
+}
+
+/// World, trials and settings, ready to fly.
+pub(super) struct Flight {
+    pub(super) world: World,
+    pub(super) pairs: Vec<Pair>,
+    pub(super) config: TrialConfig,
+    pub(super) threads: usize,
+}
+
+impl Flight {
+    fn prepare(args: &DriveArgs) -> Result<Self, Failure> {
+        let world = World::new(Arena::open(&args.arena)?);
+        let config = TrialConfig {
+            control_hz: args.control_hz,
+            wheel_speed_m_per_s_max: args.v_max,
+            actuators: args.actuators,
+            ticks_max: args.ticks_max,
+            action_noise: !args.no_action_noise,
+            ..TrialConfig::san()
+        };
+        config.check()?;
+        let pairs = match &args.pairs {
+            Some(file) => pairs_of_file(file, &world, config.robot_radius_m, args.trials)?,
+            None => {
+                let n = args.trials.unwrap_or(TRIALS_DEFAULT);
+                generate_pairs(&world, n, PairRules::default(), Streams::new(args.seed, 0))?
+            }
+        };
+        let threads = args.threads.unwrap_or_else(all_threads);
+        Ok(Self { world, pairs, config, threads })
+    }
+
+    /// All trials of every driver and seed.
+    pub(super) fn fly_all(
+        &self,
+        drivers: &[Driver],
+        seed: u64,
+        repeats: u64,
+    ) -> Result<DriveResult, Failure> {
+        let maps: Vec<(String, String)> = drivers
+            .iter()
+            .filter_map(|driver| Some((driver.label.clone(), driver.deployment()?.map.digest())))
+            .collect();
+        print_header(Some(seed), &maps);
+        let mut results = Vec::new();
+        for driver in drivers {
+            for seed in (seed..).take(repeats as usize) {
+                results.push(self.fly_one(driver, seed)?);
+            }
+        }
+        Ok(DriveResult {
+            format: RESULT_FORMAT,
+            revision: REVISION.to_owned(),
+            seed,
+            settings: Settings::new(&self.config),
+            arena: ArenaPicture::new(&self.world),
+            pairs_mm: pairs_mm(&self.pairs),
+            drivers: results,
+        })
+    }
+
+    fn fly_one(&self, driver: &Driver, seed: u64) -> Result<DriverResult, Failure> {
+        let bar = progress(self.pairs.len() as u64, &driver.label);
+        let started = Instant::now();
+        let flown = fly(&self.world, &self.pairs, &self.config, driver, seed, self.threads, &|| bar.inc(1))?;
+        let wall_s = started.elapsed().as_secs_f64();
+        bar.finish_and_clear();
+        let map = driver.deployment().map(|deployment| &deployment.map);
+        let chip = map.map(|map| (map.chip(), map.digest()));
+        Ok(DriverResult::new(&driver.label, seed, chip, &flown, wall_s))
+    }
+}
+
+/// The first `trials` pairs of a file, all of them by default.
+pub(super) fn pairs_of_file(
+    file: &Path,
+    world: &World,
+    robot_radius_m: f64,
+    trials: Option<usize>,
+) -> Result<Vec<Pair>, Failure> {
+    let mut pairs = read_pairs(file)?;
+    if let Some(trials) = trials.filter(|trials| *trials > pairs.len()) {
+        let there = pairs.len();
+        return Err(format!("{}: {there} pairs, --trials {trials}; ask for {there} or fewer", file.display()).into());
+    }
+    pairs.truncate(trials.unwrap_or(pairs.len()));
+    check_pairs(&pairs, world, robot_radius_m, &file.display().to_string())?;
+    Ok(pairs)
+}
+
+pub(super) fn all_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The tables of a result.
+pub(super) fn print_result(result: &DriveResult) {
+    let s = &result.settings;
+    println!(
+        "arena {}, {} Hz, v_max {} m/s, actuators {}",
+        result.arena.name, s.control_hz, s.v_max_m_per_s, s.actuators
+    );
+    println!("{}", outcome_table(&result.drivers));
+    let Some(costs) = cost_table(&result.drivers) else { return };
+    println!("per decision on the emulated chip (static energy is not part of the dynamic):\n{costs}");
+    for driver in &result.drivers {
+        if let Some(line) = driver.summary.chip.as_ref().and_then(overflow_line) {
+            println!("{}, seed {}: registers overflowed: {line}", driver.label, driver.seed);
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! One trial: world to sensors to policy to wheels to world, until it ends.
+//!
+//! ```text
+//! tick:  observe -> Policy::act -> noise, clip -> Twist -> physics steps -> goal? hit? time?
+//! ```
+//!
+//! The robot's centre is compared with the goal at control ticks only, as SAN's evaluation does;
+//! contact is looked for after every physics step. When both hold at the end of a tick the goal
+//! wins, since SAN tests it first.
+
+mod config;
+mod outcome;
+mod straight_to_goal;
+mod trial;
+
+pub use config::{ConfigError, TrialConfig};
+pub use outcome::{End, Outcome, TrialOutcome};
+pub use straight_to_goal::StraightToGoal;
+pub use trial::Trial;
+
+use nalgebra::Point2;
+
+use crate::policy::Policy;
+use crate::rng::Streams;
+use crate::world::World;
+use crate::world::geometry::Pose;
+
+/// Flies one trial from `start` to its end.
+///
+/// Errors: [`ConfigError`] for a setting, a start or a goal outside of its limits.
+pub fn run_trial(
+    world: &World,
+    start: Pose,
+    goal: Point2<f64>,
+    config: &TrialConfig,
+    policy: &mut dyn Policy,
+    streams: Streams,
+) -> Result<TrialOutcome, ConfigError> {
+    let mut trial = Trial::new(world, start, goal, config, streams)?;
+    policy.start_trial(streams);
+    while trial.end().is_none() {
+        trial.tick(policy);
+    }
+    Ok(trial.into_outcome())
+}
+
+#[cfg(test)]
+#[path = "closed_loop_tests.rs"]
+mod tests;

@@ -1,0 +1,107 @@
+//! Settings of a trial.
+
+use crate::world::PHYSICS_HZ;
+use crate::world::laser::LASER_NOISE_M;
+use crate::world::robot::{Actuators, ROBOT_RADIUS_M, WHEEL_SPEED_M_PER_S_MIN};
+
+/// What all trials of an evaluation have in common.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrialConfig {
+    /// Control ticks per second; divides the physics rate of 100 Hz.
+    pub control_hz: u32,
+    /// Fastest wheel speed (`v_max`).
+    pub wheel_speed_m_per_s_max: f64,
+    /// How speeds follow commands.
+    pub actuators: Actuators,
+    /// Control ticks after which the trial is out of time.
+    pub ticks_max: u64,
+    /// The goal is reached when the robot's centre is nearer than this.
+    pub goal_radius_m: f64,
+    /// A thing nearer to the robot's centre than this is hit.
+    pub robot_radius_m: f64,
+    /// Standard deviation of the range noise of each laser ray.
+    pub laser_noise_m: f64,
+    /// Whether `0.99 a + 0.01 N(0, 1)` drives the wheels in place of the action `a`.
+    pub action_noise: bool,
+}
+
+/// A setting outside of its limits.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// The control rate does not divide the physics rate.
+    #[error(
+        "control rate {control_hz} Hz must divide the physics rate of {limit} Hz (PHYSICS_HZ); \
+         SAN uses 10, EEM-SAN 20",
+        limit = PHYSICS_HZ
+    )]
+    ControlRate {
+        /// The rate.
+        control_hz: u32,
+    },
+    /// A number outside of its range.
+    #[error("trial: {name} is {value}, must be {min}..={max}; change the trial's settings")]
+    Range {
+        /// Which setting, with its unit.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest value allowed.
+        min: f64,
+        /// Largest value allowed.
+        max: f64,
+    },
+}
+
+impl TrialConfig {
+    /// SAN's own evaluation: 10 Hz, 0.5 m/s, action noise (rand_eval_gpu.py of
+    /// combra-lab/spiking-ddpg-mapless-navigation), with ideal actuators.
+    pub fn san() -> Self {
+        Self {
+            control_hz: 10,
+            wheel_speed_m_per_s_max: 0.5,
+            actuators: Actuators::IDEAL,
+            ticks_max: 1000,
+            goal_radius_m: 0.5,
+            robot_radius_m: ROBOT_RADIUS_M,
+            laser_noise_m: LASER_NOISE_M,
+            action_noise: true,
+        }
+    }
+
+    /// EEM-SAN: the laser's 20 Hz are the control rate, no action noise, ideal actuators.
+    pub fn eem_san(wheel_speed_m_per_s_max: f64) -> Self {
+        Self { control_hz: 20, wheel_speed_m_per_s_max, action_noise: false, ..Self::san() }
+    }
+
+    /// Physics steps per control tick, of a checked configuration.
+    pub fn steps_per_tick(&self) -> u64 {
+        u64::from(PHYSICS_HZ / self.control_hz)
+    }
+
+    /// Errs for the first setting outside of its limits.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        if self.control_hz == 0 || !PHYSICS_HZ.is_multiple_of(self.control_hz) {
+            return Err(ConfigError::ControlRate { control_hz: self.control_hz });
+        }
+        let speed_min = WHEEL_SPEED_M_PER_S_MIN;
+        in_range("wheel speed (m/s)", self.wheel_speed_m_per_s_max, speed_min, 10.0)?;
+        in_range("tick limit", self.ticks_max as f64, 1.0, 1e6)?;
+        in_range("goal radius (m)", self.goal_radius_m, 0.01, 100.0)?;
+        in_range("robot radius (m)", self.robot_radius_m, 0.01, 10.0)?;
+        in_range("laser noise (m)", self.laser_noise_m, 0.0, 10.0)
+    }
+}
+
+/// Errs unless `min <= value <= max`.
+pub(super) fn in_range(
+    name: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), ConfigError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(ConfigError::Range { name, value, min, max })
+    }
+}

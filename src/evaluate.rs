@@ -1,0 +1,76 @@
+//! Many trials with one driver, in parallel, with the same result in any order.
+
+mod driver;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub use driver::{Driver, DriverKind, EngineKind};
+
+use crate::closed_loop::{ConfigError, TrialConfig, TrialOutcome, run_trial};
+use crate::host::ChipUse;
+use crate::rng::Streams;
+use crate::world::World;
+use crate::world::pairs::Pair;
+
+/// One flown trial.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flown {
+    /// Number of the trial: its place among the pairs, and part of its random streams.
+    pub trial: usize,
+    /// How it went.
+    pub outcome: TrialOutcome,
+    /// What the chip did, when one drove.
+    pub chip: Option<ChipUse>,
+}
+
+/// Flies a trial for each pair with drivers made by `driver`, on `threads` threads.
+///
+/// Trial `i` takes the streams of (seed, i), so results depend neither on the threads nor on how
+/// many trials there are. `finished` is called after each trial, from any thread.
+///
+/// Errors: a setting, start or goal outside of its limits.
+pub fn fly(
+    world: &World,
+    pairs: &[Pair],
+    config: &TrialConfig,
+    driver: &Driver,
+    seed: u64,
+    threads: usize,
+    finished: &(dyn Fn() + Sync),
+) -> Result<Vec<Flown>, ConfigError> {
+    let next = AtomicUsize::new(0);
+    let fly_some = || -> Result<Vec<Flown>, ConfigError> {
+        let mut flown = Vec::new();
+        loop {
+            let trial = next.fetch_add(1, Ordering::Relaxed);
+            let Some(pair) = pairs.get(trial) else { return Ok(flown) };
+            flown.push(fly_one(world, pair, config, driver, seed, trial)?);
+            finished();
+        }
+    };
+    let shares: Vec<Result<Vec<Flown>, ConfigError>> = crossbeam::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(|_| fly_some())).collect();
+        workers.into_iter().map(|worker| worker.join().expect("no worker panics")).collect()
+    })
+    .expect("no worker panics");
+    let mut flown = Vec::with_capacity(pairs.len());
+    for share in shares {
+        flown.extend(share?);
+    }
+    flown.sort_by_key(|flown| flown.trial);
+    Ok(flown)
+}
+
+fn fly_one(
+    world: &World,
+    pair: &Pair,
+    config: &TrialConfig,
+    driver: &Driver,
+    seed: u64,
+    trial: usize,
+) -> Result<Flown, ConfigError> {
+    let mut active = driver.start();
+    let streams = Streams::new(seed, trial as u64);
+    let outcome = run_trial(world, pair.start, pair.goal, config, active.policy(), streams)?;
+    Ok(Flown { trial, outcome, chip: active.chip_use() })
+}

@@ -1,0 +1,114 @@
+//! What can drive: a float network, a compiled one on an engine, or the straight line.
+
+use std::sync::Arc;
+
+use hw_model::{DenseEngine, Engine, EventEngine};
+
+use crate::closed_loop::StraightToGoal;
+use crate::host::{ChipPolicy, ChipUse, Deployment};
+use crate::net::Network;
+use crate::policy::Policy;
+use crate::reference::FloatPolicy;
+
+/// Which engine runs a core map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EngineKind {
+    /// The event-driven engine.
+    Event,
+    /// The dense fixed-point reference.
+    Dense,
+}
+
+/// What drives.
+#[derive(Debug)]
+pub enum DriverKind {
+    /// The float reference of a network.
+    Float(Box<FloatPolicy>),
+    /// A compiled network on an emulated chip.
+    Chip {
+        /// The compiled network.
+        deployment: Box<Deployment>,
+        /// An engine at step 0 that each trial copies; `None` for the dense engine.
+        template: Option<Box<EventEngine>>,
+    },
+    /// Steers at the goal and sees nothing.
+    Straight,
+}
+
+/// A driver that every trial starts afresh.
+#[derive(Debug)]
+pub struct Driver {
+    /// Name in tables.
+    pub label: String,
+    kind: DriverKind,
+}
+
+/// A driver in a trial.
+pub(super) enum Active {
+    Chip(ChipPolicy),
+    Other(Box<dyn Policy>),
+}
+
+impl Driver {
+    /// The float reference of `network`.
+    pub fn float(network: &Network) -> Self {
+        let label = format!("{} float", network.name);
+        Self { label, kind: DriverKind::Float(Box::new(FloatPolicy::new(network))) }
+    }
+
+    /// A compiled network; `None` when it has no encoder and decoder.
+    pub fn chip(deployment: Deployment, engine: EngineKind) -> Option<Self> {
+        deployment.program.as_ref()?;
+        let label = match engine {
+            EngineKind::Event => format!("{} chip ({})", deployment.network, deployment.policy),
+            EngineKind::Dense => format!("{} chip ({}, dense)", deployment.network, deployment.policy),
+        };
+        let event = engine == EngineKind::Event;
+        let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
+        Some(Self { label, kind: DriverKind::Chip { deployment: Box::new(deployment), template } })
+    }
+
+    /// The baseline that steers at the goal.
+    pub fn straight() -> Self {
+        Self { label: "straight to goal".to_owned(), kind: DriverKind::Straight }
+    }
+
+    /// The compiled network, when this is one.
+    pub fn deployment(&self) -> Option<&Deployment> {
+        match &self.kind {
+            DriverKind::Chip { deployment, .. } => Some(deployment),
+            DriverKind::Float(_) | DriverKind::Straight => None,
+        }
+    }
+
+    pub(super) fn start(&self) -> Active {
+        match &self.kind {
+            DriverKind::Float(policy) => Active::Other(policy.clone()),
+            DriverKind::Straight => Active::Other(Box::new(StraightToGoal)),
+            DriverKind::Chip { deployment, template } => {
+                let engine: Box<dyn Engine> = match template {
+                    Some(template) => Box::new(template.fresh()),
+                    None => Box::new(DenseEngine::new(Arc::clone(&deployment.map))),
+                };
+                let policy = ChipPolicy::new(deployment, engine);
+                Active::Chip(policy.expect("checked when the driver was made"))
+            }
+        }
+    }
+}
+
+impl Active {
+    pub(super) fn policy(&mut self) -> &mut dyn Policy {
+        match self {
+            Active::Chip(policy) => policy,
+            Active::Other(policy) => policy.as_mut(),
+        }
+    }
+
+    pub(super) fn chip_use(&self) -> Option<ChipUse> {
+        match self {
+            Active::Chip(policy) => Some(policy.chip_use()),
+            Active::Other(_) => None,
+        }
+    }
+}

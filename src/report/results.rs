@@ -1,0 +1,299 @@
+//! What `drive` found, in the form of its JSON file.
+
+use std::collections::BTreeMap;
+
+use hw_model::ChipSpec;
+use serde::{Deserialize, Serialize};
+
+use crate::closed_loop::{Outcome, TrialConfig};
+use crate::evaluate::Flown;
+use crate::host::ChipUse;
+use crate::world::World;
+use crate::world::geometry::Shape;
+use crate::world::pairs::Pair;
+
+/// Version of the JSON form.
+pub const RESULT_FORMAT: u32 = 1;
+
+/// One run of `drive`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriveResult {
+    /// [`RESULT_FORMAT`].
+    pub format: u32,
+    /// Revision of the program.
+    pub revision: String,
+    /// First seed.
+    pub seed: u64,
+    /// Settings of every trial.
+    pub settings: Settings,
+    /// Where it took place.
+    pub arena: ArenaPicture,
+    /// Start and goal of every trial: x, y (mm), heading (mrad), goal x, y (mm).
+    pub pairs_mm: Vec<[i32; 5]>,
+    /// One entry for each driver and seed.
+    pub drivers: Vec<DriverResult>,
+}
+
+/// Settings that a reader needs to repeat the run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Control ticks per second.
+    pub control_hz: u32,
+    /// Fastest wheel speed.
+    pub v_max_m_per_s: f64,
+    /// Actuator model by name.
+    pub actuators: String,
+    /// Control ticks before a trial is out of time.
+    pub ticks_max: u64,
+    /// Standard deviation of the laser noise.
+    pub laser_noise_m: f64,
+    /// Whether the action was mixed with 1 % noise.
+    pub action_noise: bool,
+}
+
+impl Settings {
+    /// Settings of `config`.
+    pub fn new(config: &TrialConfig) -> Self {
+        Self {
+            control_hz: config.control_hz,
+            v_max_m_per_s: config.wheel_speed_m_per_s_max,
+            actuators: config.actuators.to_string(),
+            ticks_max: config.ticks_max,
+            laser_noise_m: config.laser_noise_m,
+            action_noise: config.action_noise,
+        }
+    }
+}
+
+/// An arena as far as a picture needs it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ArenaPicture {
+    /// Name.
+    pub name: String,
+    /// Corners of the arena: x min, y min, x max, y max.
+    pub bounds_m: [f64; 4],
+    /// Outlines of polygons.
+    pub polygons_m: Vec<Vec<[f64; 2]>>,
+    /// Discs: x, y, radius.
+    pub discs_m: Vec<[f64; 3]>,
+    /// Tracks of moving discs: x, y of both ends, radius, speed (m/s).
+    pub movers_m: Vec<[f64; 6]>,
+}
+
+impl ArenaPicture {
+    /// Outlines of everything in `world`.
+    pub fn new(world: &World) -> Self {
+        let arena = world.arena();
+        let bounds = arena.bounds();
+        let mut picture = Self {
+            name: arena.name().to_owned(),
+            bounds_m: [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y],
+            polygons_m: Vec::new(),
+            discs_m: Vec::new(),
+            movers_m: Vec::new(),
+        };
+        for obstacle in arena.obstacles() {
+            match &obstacle.shape {
+                Shape::Polygon(polygon) => {
+                    picture.polygons_m.push(polygon.vertices().iter().map(|v| [v.x, v.y]).collect());
+                }
+                Shape::Disc(disc) => {
+                    picture.discs_m.push([disc.centre().x, disc.centre().y, disc.radius_m()]);
+                }
+            }
+        }
+        for mover in arena.movers() {
+            let (from, to) = (mover.from(), mover.to());
+            picture.movers_m.push([from.x, from.y, to.x, to.y, mover.radius_m(), mover.speed_m_per_s()]);
+        }
+        picture
+    }
+}
+
+/// Pairs in whole millimetres and milliradians.
+pub fn pairs_mm(pairs: &[Pair]) -> Vec<[i32; 5]> {
+    let milli = |value: f64| (value * 1000.0).round() as i32;
+    let pair = |pair: &Pair| {
+        let [x, y, yaw] = pair.start.rounded_mm_mrad();
+        [x, y, yaw, milli(pair.goal.x), milli(pair.goal.y)]
+    };
+    pairs.iter().map(pair).collect()
+}
+
+/// All trials of one driver with one seed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriverResult {
+    /// What drove.
+    pub label: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// SHA-256 of the core map, for a chip.
+    pub map_digest: Option<String>,
+    /// Totals and means.
+    pub summary: Summary,
+    /// Decisions per second of wall-clock time, the world included; differs from run to run.
+    pub decisions_per_s: f64,
+    /// Every trial.
+    pub trials: Vec<TrialResult>,
+}
+
+/// One trial.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrialResult {
+    /// Number of the trial.
+    pub trial: usize,
+    /// success, collision or time-out.
+    pub outcome: String,
+    /// What was hit.
+    pub hit: Option<String>,
+    /// Length of the way.
+    pub path_m: f64,
+    /// Simulated time.
+    pub time_s: f64,
+    /// Calls of the policy.
+    pub decisions: u64,
+    /// x, y (mm), heading (mrad) at every control tick.
+    pub trajectory_mm: Vec<[i32; 3]>,
+    /// What the chip did, when one drove.
+    pub chip: Option<ChipResult>,
+}
+
+/// What the chip did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChipResult {
+    /// Every counter by name.
+    pub counters: BTreeMap<String, u64>,
+    /// The same, counted within the decision windows only.
+    pub windowed_counters: BTreeMap<String, u64>,
+    /// Energy and time by cost table.
+    pub costs: BTreeMap<String, Cost>,
+}
+
+/// Energy and time by one cost table.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Synaptic operations and axons.
+    pub synapses_fj: u64,
+    /// Compartment updates and spikes.
+    pub compartments_fj: u64,
+    /// Messages and hops.
+    pub network_fj: u64,
+    /// All dynamic energy.
+    pub dynamic_fj: u64,
+    /// Dynamic energy of what was done within the decision windows.
+    pub dynamic_windowed_fj: u64,
+    /// Modelled chip time.
+    pub time_ps: u64,
+    /// Static power of the chip times the modelled time; not part of the dynamic energy.
+    pub static_fj: u64,
+}
+
+impl ChipResult {
+    /// Prices what `used` counts by every cost table of `chip`.
+    pub fn new(used: &ChipUse, chip: &ChipSpec) -> Self {
+        let by_name = |counts: &hw_model::OpCounts| {
+            counts.named().into_iter().map(|(name, n)| (name.to_owned(), n)).collect()
+        };
+        let cost = |(table, time_ps): (&hw_model::cost::CostTable, &u64)| {
+            let energy = table.energy(&used.counts);
+            let cost = Cost {
+                synapses_fj: energy.synapses_fj,
+                compartments_fj: energy.compartments_fj,
+                network_fj: energy.network_fj,
+                dynamic_fj: energy.total_fj(),
+                dynamic_windowed_fj: table.energy(&used.windowed).total_fj(),
+                time_ps: *time_ps,
+                // mW x ps = 1e-15 J = fJ
+                static_fj: (chip.static_power.chip_mw * *time_ps as f64).round() as u64,
+            };
+            (table.name.clone(), cost)
+        };
+        Self {
+            counters: by_name(&used.counts),
+            windowed_counters: by_name(&used.windowed),
+            costs: chip.cost_tables.iter().zip(&used.time_ps).map(cost).collect(),
+        }
+    }
+}
+
+/// Totals and means of a driver's trials.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Trials flown.
+    pub trials: usize,
+    /// Trials that reached the goal.
+    pub success: usize,
+    /// Trials that hit something.
+    pub collision: usize,
+    /// Trials that ran out of time.
+    pub time_out: usize,
+    /// Mean way of the successful trials.
+    pub path_m_mean: f64,
+    /// Mean simulated time of the successful trials.
+    pub time_s_mean: f64,
+    /// Decisions of all trials.
+    pub decisions: u64,
+    /// What the chip did in all trials.
+    pub chip: Option<ChipResult>,
+}
+
+impl DriverResult {
+    /// Sums up `flown`; `chip` is the chip's description when one drove.
+    pub fn new(
+        label: &str,
+        seed: u64,
+        chip: Option<(&ChipSpec, String)>,
+        flown: &[Flown],
+        wall_s: f64,
+    ) -> Self {
+        let spec = chip.as_ref().map(|(spec, _)| *spec);
+        let price = |used: &Option<ChipUse>| used.as_ref().zip(spec).map(|(u, spec)| ChipResult::new(u, spec));
+        let mut used: Option<ChipUse> = None;
+        flown.iter().filter_map(|f| f.chip.as_ref()).for_each(|one| *used.get_or_insert_default() += one);
+        let summary = Summary::new(flown, price(&used));
+        Self {
+            label: label.to_owned(),
+            seed,
+            map_digest: chip.map(|(_, digest)| digest),
+            decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
+            summary,
+            trials: flown.iter().map(|f| TrialResult::new(f, price(&f.chip))).collect(),
+        }
+    }
+}
+
+impl TrialResult {
+    fn new(flown: &Flown, chip: Option<ChipResult>) -> Self {
+        let o = &flown.outcome;
+        Self {
+            trial: flown.trial,
+            outcome: o.outcome.to_string(),
+            hit: o.hit.clone(),
+            path_m: o.path_m,
+            time_s: o.time_s,
+            decisions: o.decisions,
+            trajectory_mm: o.trajectory.clone(),
+            chip,
+        }
+    }
+}
+
+impl Summary {
+    fn new(flown: &[Flown], chip: Option<ChipResult>) -> Self {
+        let ended = |outcome| flown.iter().filter(move |f| f.outcome.outcome == outcome);
+        let mean = |value: fn(&Flown) -> f64| {
+            let n = ended(Outcome::Success).count().max(1);
+            ended(Outcome::Success).map(value).sum::<f64>() / n as f64
+        };
+        Self {
+            trials: flown.len(),
+            success: ended(Outcome::Success).count(),
+            collision: ended(Outcome::Collision).count(),
+            time_out: ended(Outcome::TimeOut).count(),
+            path_m_mean: mean(|f| f.outcome.path_m),
+            time_s_mean: mean(|f| f.outcome.time_s),
+            decisions: flown.iter().map(|f| f.outcome.decisions).sum(),
+            chip,
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Tables for reading.
+
+use comfy_table::{CellAlignment, Table, presets};
+
+use crate::report::results::{ChipResult, DriverResult};
+
+/// How it went: one row per driver and seed.
+pub fn outcome_table(drivers: &[DriverResult]) -> String {
+    let mut table = plain(&["driver", "seed", "success", "collision", "time-out", "path (m)", "time (s)", "decisions", "decisions/s"]);
+    for driver in drivers {
+        let s = &driver.summary;
+        table.add_row([
+            driver.label.clone(),
+            driver.seed.to_string(),
+            format!("{}/{}", s.success, s.trials),
+            s.collision.to_string(),
+            s.time_out.to_string(),
+            format!("{:.2}", s.path_m_mean),
+            format!("{:.1}", s.time_s_mean),
+            s.decisions.to_string(),
+            format!("{:.0}", driver.decisions_per_s),
+        ]);
+    }
+    table.to_string()
+}
+
+/// What a decision costs on the chip: one row per driver, seed and cost table. Empty when no chip
+/// drove.
+pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
+    let mut table = plain(&[
+        "driver", "seed", "cost table", "syn. ops", "in windows", "updates", "spikes", "messages",
+        "dynamic (uJ)", "in windows (uJ)", "chip time (us)", "static (uJ)",
+    ]);
+    let mut any = false;
+    for driver in drivers {
+        let Some(chip) = &driver.summary.chip else { continue };
+        any = true;
+        let n = driver.summary.decisions.max(1) as f64;
+        for (name, cost) in &chip.costs {
+            table.add_row([
+                driver.label.clone(),
+                driver.seed.to_string(),
+                name.clone(),
+                per(synaptic_ops(&chip.counters), n),
+                per(synaptic_ops(&chip.windowed_counters), n),
+                per(updates(chip), n),
+                per(counter(chip, "updates_spiking"), n),
+                per(counter(chip, "messages"), n),
+                format!("{:.2}", cost.dynamic_fj as f64 / n / 1e9),
+                format!("{:.2}", cost.dynamic_windowed_fj as f64 / n / 1e9),
+                format!("{:.1}", cost.time_ps as f64 / n / 1e6),
+                format!("{:.2}", cost.static_fj as f64 / n / 1e9),
+            ]);
+        }
+    }
+    any.then(|| table.to_string())
+}
+
+/// Registers that overflowed, when any did.
+pub fn overflow_line(chip: &ChipResult) -> Option<String> {
+    let names = ["accumulator_overflows", "current_overflows", "bias_sum_overflows", "voltage_clips"];
+    let found: Vec<String> = names
+        .iter()
+        .filter(|name| counter(chip, name) > 0)
+        .map(|name| format!("{name} {}", counter(chip, name)))
+        .collect();
+    (!found.is_empty()).then(|| found.join(", "))
+}
+
+/// Synaptic operations of all forms.
+pub fn synaptic_ops(counters: &std::collections::BTreeMap<String, u64>) -> u64 {
+    counters.iter().filter(|(name, _)| name.starts_with("synaptic_ops")).map(|(_, n)| n).sum()
+}
+
+fn updates(chip: &ChipResult) -> u64 {
+    ["updates_inactive", "updates_active", "updates_spiking"].iter().map(|n| counter(chip, n)).sum()
+}
+
+fn counter(chip: &ChipResult, name: &str) -> u64 {
+    chip.counters.get(name).copied().unwrap_or(0)
+}
+
+fn per(count: u64, decisions: f64) -> String {
+    format!("{:.0}", count as f64 / decisions)
+}
+
+/// A table without frills, numbers to the right.
+pub fn plain(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header(header.to_vec());
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

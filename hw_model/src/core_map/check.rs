@@ -7,7 +7,7 @@ use crate::spec::ChipSpec;
 use crate::synapse::{SynapseEntry, SynapseForm};
 
 /// Largest sum of messages x entries per core and step for which a 32-bit accumulator of 16-bit
-/// weights cannot overflow, whatever spikes.
+/// weights cannot overflow, whatever spikes: 2^16 x (2^15 - 1) < 2^31.
 const DELIVERIES_MAX: u64 = 1 << 16;
 
 pub(super) fn check(parts: &CoreMapParts) -> Result<(), MapError> {
@@ -344,7 +344,7 @@ fn check_fan_in(parts: &CoreMapParts) -> Result<(), MapError> {
     for (index, core) in parts.cores.iter().enumerate() {
         let entries = core.lists.iter().map(|list| list.entries.len()).max().unwrap_or(0);
         let used = messages[index] * entries as u64;
-        if used >= DELIVERIES_MAX {
+        if used > DELIVERIES_MAX {
             return Err(inconsistent(
                 &place_of(parts, index),
                 format!(

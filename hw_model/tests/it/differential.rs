@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use hw_model::compartment::CompartmentState;
 use hw_model::core_map::Core;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, observe, total_lines};
-use hw_model::{CoreMap, CoreMapParts, DenseEngine, Engine, EventEngine, OpCounts};
+use hw_model::{ChipSpec, CoreMap, CoreMapParts, DenseEngine, Engine, EventEngine, OpCounts};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
@@ -184,6 +185,31 @@ fn moved(parts: &CoreMapParts, order: &[usize]) -> CoreMapParts {
         port.targets.sort_unstable();
     }
     moved
+}
+
+#[test]
+fn the_largest_fan_in_does_not_overflow_any_accumulator() {
+    // 256 lines on 256 axons each, all with the largest weight there is: 2^16 additions.
+    let mut text = "\
+chip loihi1
+core 000 label sink
+core 000 group cx=0000..0001 decay_u=4096 decay_v=4096 vth=1 bias=0<<0 refractory=1
+core 000 format 0 mode=mixed bits=8 exp=7
+core 000 list 0 entry format=0 dense first=0: -256
+"
+    .to_owned();
+    text.extend((0..256).map(|axon| format!("core 000 axon_in {axon} list=0 base=0\n")));
+    text.push_str("port in lines=256\n");
+    let targets = (0..256).flat_map(|line| (0..256).map(move |axon| (line, axon)));
+    text.extend(targets.map(|(l, a)| format!("port in line {l} -> core 000 axon {a}\n")));
+    let parts = CoreMapParts::from_text("sink", &text, ChipSpec::loihi1()).unwrap();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    let stimulus = Stimulus::new(&map, 2, (0..256).map(|line| (0, 0, line))).unwrap();
+    // -2^16 * (2^15 - 1) * 2^6 = -2^37 + 2^22: a multiple of 2^22, so nothing is left of it.
+    let expected = run_whole(dense(&map), &stimulus);
+    assert_eq!(expected[0], format!("{:?}", CompartmentState::default()));
+    assert!(expected.contains(&"total accumulator_overflows 1".to_owned()), "{expected:?}");
+    assert_eq!(run_whole(event(&map, 1), &stimulus), expected);
 }
 
 #[test]

@@ -15,7 +15,10 @@ use crate::synapse::SynapseList;
 use crate::weight::SynapseFormat;
 
 mod check;
+mod text;
 mod utilization;
+
+pub(crate) use text::MapReader;
 
 pub use utilization::{CoreUse, Usage};
 
@@ -230,7 +233,3 @@ impl CoreMap {
         (self.parts.cores.len() as u32).div_ceil(u32::from(self.parts.chip.mesh.cores_per_tile))
     }
 }
-
-#[cfg(test)]
-#[path = "core_map_tests.rs"]
-mod tests;

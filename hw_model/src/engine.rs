@@ -67,7 +67,3 @@ fn barriers_ps(map: &CoreMap) -> Vec<u64> {
     let tiles = map.tiles_in_use();
     map.chip().cost_tables.iter().map(|table| table.barrier_ps(tiles)).collect()
 }
-
-#[cfg(test)]
-#[path = "engine_tests.rs"]
-mod tests;

@@ -82,6 +82,20 @@ pub enum MapError {
         /// How many there are.
         count: u64,
     },
+    /// A name that the text form of a map could not hold.
+    #[error(
+        "{place}: {what} {name:?}, must be {limit} visible ASCII characters without ';'; rename it"
+    )]
+    Name {
+        /// Core, population or port, by number.
+        place: String,
+        /// Name or label.
+        what: &'static str,
+        /// The name found.
+        name: String,
+        /// How many characters are allowed.
+        limit: &'static str,
+    },
     /// The parts contradict each other.
     #[error("{place}: {problem}; the map is inconsistent")]
     Inconsistent {
@@ -90,6 +104,20 @@ pub enum MapError {
         /// What is wrong.
         problem: String,
     },
+}
+
+/// A line of a text file that does not say what it should.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{place}:{line}: found {found}, expected {expected}")]
+pub struct TextError {
+    /// File or other origin of the text.
+    pub place: String,
+    /// Line number, the first is 1.
+    pub line: usize,
+    /// What stands there, quoted and shortened, or "the end of the line".
+    pub found: String,
+    /// What should stand there.
+    pub expected: String,
 }
 
 /// A container file that cannot be read or written.

@@ -12,10 +12,13 @@ pub mod fixed;
 pub mod id;
 pub mod spec;
 pub mod synapse;
+mod text_line;
+pub mod trace;
 pub mod weight;
 
 pub use core_map::{CoreMap, CoreMapParts};
 pub use counters::OpCounts;
 pub use engine::{DenseEngine, Engine, EventEngine};
-pub use error::{ChipError, MapError};
+pub use error::{ChipError, MapError, TextError};
 pub use spec::ChipSpec;
+pub use trace::Trace;

@@ -7,11 +7,12 @@ use crate::spec::ChipSpec;
 use crate::synapse::{SynapseEntry, SynapseForm};
 
 /// Largest sum of messages x entries per core and step for which a 32-bit accumulator of 16-bit
-/// weights cannot overflow, whatever spikes.
+/// weights cannot overflow, whatever spikes: 2^16 x (2^15 - 1) < 2^31.
 const DELIVERIES_MAX: u64 = 1 << 16;
 
 pub(super) fn check(parts: &CoreMapParts) -> Result<(), MapError> {
     parts.chip.check().map_err(|e| inconsistent("chip", e.to_string()))?;
+    check_names(parts)?;
     let limit = parts.chip.limits.cores;
     within(&parts.chip, "chip", "cores", parts.cores.len() as u64, limit, "cores", CORES_ADVICE)?;
     for (index, core) in parts.cores.iter().enumerate() {
@@ -20,6 +21,36 @@ pub(super) fn check(parts: &CoreMapParts) -> Result<(), MapError> {
     check_fan_in(parts)?;
     check_populations(parts)?;
     check_ports(parts)
+}
+
+/// Longest name or label, in characters.
+const NAME_LEN_MAX: usize = 256;
+
+/// Names stand unquoted in the text form, where blanks separate and `;` starts a comment.
+fn check_names(parts: &CoreMapParts) -> Result<(), MapError> {
+    let fits = |name: &str| {
+        name.len() <= NAME_LEN_MAX && name.bytes().all(|b| b.is_ascii_graphic() && b != b';')
+    };
+    let bad = |place: String, what, name: &str, limit| {
+        Err(MapError::Name { place, what, name: name.to_owned(), limit })
+    };
+    for (index, core) in parts.cores.iter().enumerate() {
+        if !fits(&core.label) {
+            return bad(format!("core {index}"), "label", &core.label, "at most 256");
+        }
+    }
+    let chip = std::iter::once(("chip".to_owned(), &parts.chip.name));
+    let populations = parts.populations.iter().map(|p| &p.name).enumerate();
+    let ports = parts.ports.iter().map(|p| &p.name).enumerate();
+    let named = chip
+        .chain(populations.map(|(index, name)| (format!("population {index}"), name)))
+        .chain(ports.map(|(index, name)| (format!("port {index}"), name)));
+    for (place, name) in named {
+        if name.is_empty() || !fits(name) {
+            return bad(place, "name", name, "1 to 256");
+        }
+    }
+    Ok(())
 }
 
 const CORES_ADVICE: &str =
@@ -313,7 +344,7 @@ fn check_fan_in(parts: &CoreMapParts) -> Result<(), MapError> {
     for (index, core) in parts.cores.iter().enumerate() {
         let entries = core.lists.iter().map(|list| list.entries.len()).max().unwrap_or(0);
         let used = messages[index] * entries as u64;
-        if used >= DELIVERIES_MAX {
+        if used > DELIVERIES_MAX {
             return Err(inconsistent(
                 &place_of(parts, index),
                 format!(

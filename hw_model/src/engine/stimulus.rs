@@ -82,6 +82,16 @@ impl Stimulus {
         self.starts.len() - 1
     }
 
+    /// The steps of `range` alone, numbered from 0. Panics when there are fewer steps.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let starts = &self.starts[range.start..=range.end];
+        let (first, end) = (starts[0], starts[range.len()]);
+        Self {
+            starts: starts.iter().map(|start| start - first).collect(),
+            spikes: self.spikes[first..end].to_vec(),
+        }
+    }
+
     /// (port, line) of every spike injected in step `step`, sorted.
     pub fn at(&self, step: usize) -> &[(u32, u32)] {
         &self.spikes[self.starts[step]..self.starts[step + 1]]

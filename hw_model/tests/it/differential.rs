@@ -1,0 +1,231 @@
+//! All engines give the same spikes, states, counts and times on random maps.
+
+use std::sync::Arc;
+
+use hw_model::compartment::CompartmentState;
+use hw_model::core_map::Core;
+use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
+use hw_model::id::{CompartmentIdx, CoreId};
+use hw_model::trace::{Detail, observe, total_lines};
+use hw_model::{ChipSpec, CoreMap, CoreMapParts, DenseEngine, Engine, EventEngine, OpCounts};
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+use crate::random_map::{config, recipe, sorted, spikes, stimulus};
+
+const STEPS: usize = 24;
+const THREADS: [usize; 4] = [1, 2, 3, 5];
+
+fn dense(map: &Arc<CoreMap>) -> Box<dyn Engine> {
+    Box::new(DenseEngine::new(Arc::clone(map)))
+}
+
+fn event(map: &Arc<CoreMap>, threads: usize) -> Box<dyn Engine> {
+    Box::new(EventEngine::with_threads(Arc::clone(map), threads))
+}
+
+/// Everything that can be seen of an engine after a run, as text.
+fn seen(engine: &dyn Engine, record: &SpikeRecord) -> Vec<String> {
+    let mut lines: Vec<String> = record.spikes.iter().map(|s| format!("{s:?}")).collect();
+    for (core, of_core) in engine.map().cores().iter().enumerate() {
+        lines.extend((0..of_core.compartments()).map(|cx| {
+            format!("{:?}", engine.state(CoreId(core as u16), CompartmentIdx(cx as u16)))
+        }));
+    }
+    lines.extend(engine.core_counts().iter().map(|counts| format!("{counts:?}")));
+    lines.extend(total_lines(engine));
+    lines.push(format!("now {}", engine.now()));
+    lines
+}
+
+fn run_whole(mut engine: Box<dyn Engine>, stimulus: &Stimulus) -> Vec<String> {
+    let mut record = SpikeRecord::all(engine.map());
+    engine.run(stimulus, &mut record);
+    seen(engine.as_ref(), &record)
+}
+
+proptest! {
+    #![proptest_config(config(100))]
+
+    #[test]
+    fn every_engine_and_thread_count_agrees_in_every_step(
+        recipe in recipe(),
+        raw in spikes(STEPS),
+    ) {
+        let map = Arc::new(recipe.build());
+        let stimulus = stimulus(&map, STEPS, &raw);
+        let expected = observe(dense(&map).as_mut(), &stimulus, Detail::Compartment);
+        let expected_end = run_whole(dense(&map), &stimulus);
+        for threads in THREADS {
+            let lines = observe(event(&map, threads).as_mut(), &stimulus, Detail::Compartment);
+            prop_assert_eq!(&lines, &expected, "{} threads", threads);
+            let end = run_whole(event(&map, threads), &stimulus);
+            prop_assert_eq!(&end, &expected_end, "{} threads", threads);
+        }
+    }
+
+    #[test]
+    fn a_run_in_pieces_equals_the_run_in_one(
+        recipe in recipe(),
+        raw in spikes(STEPS),
+        cuts in prop::collection::vec(0..=STEPS, 0..5),
+    ) {
+        let map = Arc::new(recipe.build());
+        let stimulus = stimulus(&map, STEPS, &raw);
+        let cuts = sorted([cuts, vec![0, STEPS]].concat());
+        let expected = run_whole(dense(&map), &stimulus);
+        for mut engine in [dense(&map), event(&map, 1), event(&map, 3)] {
+            let mut record = SpikeRecord::all(&map);
+            for piece in cuts.windows(2) {
+                engine.run(&stimulus.part(piece[0]..piece[1]), &mut record);
+            }
+            prop_assert_eq!(seen(engine.as_ref(), &record), expected.clone());
+        }
+    }
+
+    #[test]
+    fn a_reset_engine_runs_like_a_fresh_one(
+        recipe in recipe(),
+        first in spikes(STEPS),
+        second in spikes(STEPS),
+        odd in 0..2usize,
+    ) {
+        let map = Arc::new(recipe.build());
+        let warm_up = stimulus(&map, STEPS + odd, &first);
+        let stimulus = stimulus(&map, STEPS, &second);
+        let (expected, expected_counts) = shifted_run(dense(&map).as_mut(), &stimulus);
+        for mut engine in [dense(&map), event(&map, 1), event(&map, 3)] {
+            engine.run(&warm_up, &mut SpikeRecord::none());
+            engine.reset();
+            let (lines, counts) = shifted_run(engine.as_mut(), &stimulus);
+            prop_assert_eq!(&lines, &expected);
+            prop_assert_eq!(counts, expected_counts);
+        }
+    }
+
+    #[test]
+    fn a_fresh_copy_of_a_used_engine_runs_like_a_new_one(
+        recipe in recipe(),
+        raw in spikes(STEPS),
+    ) {
+        let map = Arc::new(recipe.build());
+        let stimulus = stimulus(&map, STEPS, &raw);
+        let mut used = EventEngine::with_threads(Arc::clone(&map), 2);
+        let fresh = used.fresh();
+        used.run(&stimulus, &mut SpikeRecord::none());
+        let expected = run_whole(dense(&map), &stimulus);
+        prop_assert_eq!(run_whole(Box::new(fresh), &stimulus), expected.clone());
+        prop_assert_eq!(run_whole(Box::new(used.fresh()), &stimulus), expected);
+    }
+
+    #[test]
+    fn core_numbers_do_not_change_what_populations_do(
+        (recipe, order) in recipe().prop_flat_map(|recipe| {
+            let ids: Vec<usize> = (0..recipe.parts().cores.len()).collect();
+            (Just(recipe), Just(ids).prop_shuffle())
+        }),
+        raw in spikes(STEPS),
+    ) {
+        let parts = recipe.parts();
+        let here = population_run(parts.clone(), &raw);
+        let there = population_run(moved(&parts, &order), &raw);
+        prop_assert_eq!(here, there);
+    }
+}
+
+/// A run with steps numbered from its start, and what was counted during it.
+fn shifted_run(engine: &mut dyn Engine, stimulus: &Stimulus) -> (Vec<String>, OpCounts) {
+    let (start, before) = (engine.now(), engine.total_counts());
+    let mut record = SpikeRecord::all(engine.map());
+    let mut lines = Vec::new();
+    for step in 0..stimulus.steps() {
+        engine.run(&stimulus.part(step..step + 1), &mut record);
+        let cores = engine.map().cores().iter().enumerate();
+        for (core, len) in cores.map(|(core, c)| (core as u16, c.compartments() as u16)) {
+            let state = |cx| engine.state(CoreId(core), CompartmentIdx(cx));
+            lines.push(format!("{step} {:?}", (0..len).map(state).collect::<Vec<_>>()));
+        }
+    }
+    let spikes = record.spikes.iter();
+    lines.extend(spikes.map(|s| format!("{} {} {}", s.step - start, s.core, s.compartment)));
+    (lines, engine.total_counts() - before)
+}
+
+/// Spikes by population and the counts that do not depend on where cores lie.
+fn population_run(
+    parts: CoreMapParts,
+    raw: &[(u64, u32, u32)],
+) -> (Vec<PopulationSpikes>, Vec<(&'static str, u64)>) {
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    let mut engine = EventEngine::with_threads(Arc::clone(&map), 2);
+    let mut record = SpikeRecord::all(&map);
+    engine.run(&stimulus(&map, STEPS, raw), &mut record);
+    let mut counts = engine.total_counts().named();
+    counts.retain(|(name, _)| !name.starts_with("hops") && *name != "messages_within_tile");
+    (record.by_population(&map), counts)
+}
+
+/// The same map with core `order[i]` of the old one as core `i`.
+fn moved(parts: &CoreMapParts, order: &[usize]) -> CoreMapParts {
+    let to = |id: CoreId| {
+        CoreId(order.iter().position(|old| *old == id.index()).expect("a permutation") as u16)
+    };
+    let mut moved = parts.clone();
+    moved.cores = order.iter().map(|old| parts.cores[*old].clone()).collect();
+    for Core { axons_out, .. } in &mut moved.cores {
+        axons_out.iter_mut().for_each(|axon| axon.core = to(axon.core));
+        axons_out.sort_unstable();
+    }
+    for slice in moved.populations.iter_mut().flat_map(|p| &mut p.slices) {
+        slice.core = to(slice.core);
+    }
+    for port in &mut moved.ports {
+        port.targets.iter_mut().for_each(|target| target.core = to(target.core));
+        port.targets.sort_unstable();
+    }
+    moved
+}
+
+#[test]
+fn the_largest_fan_in_does_not_overflow_any_accumulator() {
+    // 256 lines on 256 axons each, all with the largest weight there is: 2^16 additions.
+    let mut text = "\
+chip loihi1
+core 000 label sink
+core 000 group cx=0000..0001 decay_u=4096 decay_v=4096 vth=1 bias=0<<0 refractory=1
+core 000 format 0 mode=mixed bits=8 exp=7
+core 000 list 0 entry format=0 dense first=0: -256
+"
+    .to_owned();
+    text.extend((0..256).map(|axon| format!("core 000 axon_in {axon} list=0 base=0\n")));
+    text.push_str("port in lines=256\n");
+    let targets = (0..256).flat_map(|line| (0..256).map(move |axon| (line, axon)));
+    text.extend(targets.map(|(l, a)| format!("port in line {l} -> core 000 axon {a}\n")));
+    let parts = CoreMapParts::from_text("sink", &text, ChipSpec::loihi1()).unwrap();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    let stimulus = Stimulus::new(&map, 2, (0..256).map(|line| (0, 0, line))).unwrap();
+    // -2^16 * (2^15 - 1) * 2^6 = -2^37 + 2^22: a multiple of 2^22, so nothing is left of it.
+    let expected = run_whole(dense(&map), &stimulus);
+    assert_eq!(expected[0], format!("{:?}", CompartmentState::default()));
+    assert!(expected.contains(&"total accumulator_overflows 1".to_owned()), "{expected:?}");
+    assert_eq!(run_whole(event(&map, 1), &stimulus), expected);
+}
+
+#[test]
+fn random_maps_use_every_counter() {
+    let mut runner = TestRunner::deterministic();
+    let mut sum = OpCounts::default();
+    for _ in 0..60 {
+        let (recipe, raw) = (recipe(), spikes(STEPS)).new_tree(&mut runner).unwrap().current();
+        let map = Arc::new(recipe.build());
+        let mut engine = EventEngine::new(Arc::clone(&map));
+        engine.run(&stimulus(&map, STEPS, &raw), &mut SpikeRecord::none());
+        engine.reset();
+        engine.count_host_reads(1);
+        sum += &engine.total_counts();
+    }
+    for (name, count) in sum.named() {
+        assert!(count > 5, "{name} is only {count}");
+    }
+}

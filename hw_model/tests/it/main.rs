@@ -1,0 +1,10 @@
+//! Tests of the chip model through its public interface, in one binary.
+
+mod container;
+mod differential;
+mod limits;
+mod map_text;
+mod random_map;
+mod trace_format;
+mod traces;
+mod vectors;

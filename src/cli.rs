@@ -10,7 +10,7 @@ mod report;
 mod run;
 mod trace;
 
-pub use args::Args;
+pub(crate) use args::Args;
 
 use args::Verb;
 
@@ -18,7 +18,7 @@ use args::Verb;
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// Exit code for input that cannot be used.
-pub const BAD_INPUT: u8 = 2;
+pub(crate) const BAD_INPUT: u8 = 2;
 
 /// How a command that could do its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl From<Verdict> for std::process::ExitCode {
 }
 
 /// Runs the verb that was typed.
-pub fn run(args: Args) -> Result<Verdict, Failure> {
+pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
     match args.verb {
         Verb::Compile(args) => compile::run(&args),
         Verb::Inspect(args) => inspect::run(&args),

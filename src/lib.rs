@@ -4,6 +4,7 @@ pub mod closed_loop;
 pub mod compile;
 pub mod evaluate;
 pub mod files;
+pub mod golden;
 pub mod host;
 pub mod net;
 pub mod npz;

@@ -9,7 +9,7 @@ use spikeloop::world::robot::Actuators;
 /// chip.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100)]
-pub struct Args {
+pub(crate) struct Args {
     #[command(subcommand)]
     pub(super) verb: Verb,
 }

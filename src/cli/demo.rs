@@ -25,7 +25,8 @@ pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
     };
     std::fs::create_dir_all(&args.output)
         .map_err(|e| format!("{}: cannot make the folder: {e}", args.output.display()))?;
-    let deployment = Deployment::compile(&network, &Policy::named(policy)?, &ChipSpec::loihi1(), None)?;
+    let deployment =
+        Deployment::compile(&network, &Policy::named(policy)?, &ChipSpec::loihi1(), None)?;
     println!("{} on one {}:", network.name, deployment.map.chip().name);
     print!("{}", super::inspect::table(&deployment));
     let map_file = args.output.join(format!("{}.map", network.name));
@@ -49,7 +50,8 @@ type Scene = (Network, World, Vec<Pair>, &'static str);
 /// The hand-wired network in the project's own arena.
 fn reflex(args: &DemoArgs) -> Result<Scene, Failure> {
     let world = World::new(Arena::open("courtyard")?);
-    let pairs = generate_pairs(&world, args.trials, PairRules::default(), Streams::new(args.seed, 0))?;
+    let pairs =
+        generate_pairs(&world, args.trials, PairRules::default(), Streams::new(args.seed, 0))?;
     Ok((builtin::read("reflex", None)?, world, pairs, "nearest"))
 }
 

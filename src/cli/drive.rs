@@ -8,7 +8,9 @@ use spikeloop::evaluate::{Driver, EngineKind, fly};
 use spikeloop::host::Deployment;
 use spikeloop::net::builtin;
 use spikeloop::report::plot::trajectories;
-use spikeloop::report::results::{ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm};
+use spikeloop::report::results::{
+    ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
+};
 use spikeloop::report::tables::{cost_table, outcome_table, overflow_line};
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
@@ -133,7 +135,10 @@ impl Flight {
     fn fly_one(&self, driver: &Driver, seed: u64) -> Result<DriverResult, Failure> {
         let bar = progress(self.pairs.len() as u64, &driver.label);
         let started = Instant::now();
-        let flown = fly(&self.world, &self.pairs, &self.config, driver, seed, self.threads, &|| bar.inc(1))?;
+        let flown =
+            fly(&self.world, &self.pairs, &self.config, driver, seed, self.threads, &|| {
+                bar.inc(1)
+            })?;
         let wall_s = started.elapsed().as_secs_f64();
         bar.finish_and_clear();
         let map = driver.deployment().map(|deployment| &deployment.map);
@@ -152,7 +157,11 @@ pub(super) fn pairs_of_file(
     let mut pairs = read_pairs(file)?;
     if let Some(trials) = trials.filter(|trials| *trials > pairs.len()) {
         let there = pairs.len();
-        return Err(format!("{}: {there} pairs, --trials {trials}; ask for {there} or fewer", file.display()).into());
+        return Err(format!(
+            "{}: {there} pairs, --trials {trials}; ask for {there} or fewer",
+            file.display()
+        )
+        .into());
     }
     pairs.truncate(trials.unwrap_or(pairs.len()));
     check_pairs(&pairs, world, robot_radius_m, &file.display().to_string())?;
@@ -172,7 +181,9 @@ pub(super) fn print_result(result: &DriveResult) {
     );
     println!("{}", outcome_table(&result.drivers));
     let Some(costs) = cost_table(&result.drivers) else { return };
-    println!("per decision on the emulated chip (static energy is not part of the dynamic):\n{costs}");
+    println!(
+        "per decision on the emulated chip (static energy is not part of the dynamic):\n{costs}"
+    );
     for driver in &result.drivers {
         if let Some(line) = driver.summary.chip.as_ref().and_then(overflow_line) {
             println!("{}, seed {}: registers overflowed: {line}", driver.label, driver.seed);

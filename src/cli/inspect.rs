@@ -29,7 +29,16 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
 pub(super) fn table(deployment: &Deployment) -> String {
     let map = &deployment.map;
     let usage = map.core_usage();
-    let mut table = plain(&["core", "holds", "compartments", "in axons", "out axons", "synapse words", "formats", "synapses"]);
+    let mut table = plain(&[
+        "core",
+        "holds",
+        "compartments",
+        "in axons",
+        "out axons",
+        "synapse words",
+        "formats",
+        "synapses",
+    ]);
     for core in map.utilization() {
         let of = |usage: hw_model::core_map::Usage| format!("{}/{}", usage.used, usage.limit);
         table.add_row([

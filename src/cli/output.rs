@@ -34,9 +34,12 @@ pub(super) fn progress(total: u64, label: &str) -> ProgressBar {
     } else {
         ProgressDrawTarget::hidden()
     };
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} [{elapsed}, {eta} left]")
-        .expect("the template is well-formed");
-    ProgressBar::with_draw_target(Some(total), target).with_style(style).with_message(label.to_owned())
+    let style =
+        ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} [{elapsed}, {eta} left]")
+            .expect("the template is well-formed");
+    ProgressBar::with_draw_target(Some(total), target)
+        .with_style(style)
+        .with_message(label.to_owned())
 }
 
 /// Prints a completion script.

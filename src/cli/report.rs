@@ -25,7 +25,11 @@ fn read(path: &Path) -> Result<DriveResult, Failure> {
     let result: DriveResult = serde_json::from_str(&text)
         .map_err(|e| format!("{file}: not a result of `spikeloop drive --json` ({e})"))?;
     if result.format != RESULT_FORMAT {
-        return Err(format!("{file}: format {} found, {RESULT_FORMAT} expected; drive again", result.format).into());
+        return Err(format!(
+            "{file}: format {} found, {RESULT_FORMAT} expected; drive again",
+            result.format
+        )
+        .into());
     }
     Ok(result)
 }

@@ -55,7 +55,10 @@ fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<Vec<(u64, u32, u32)>, Fa
         let lines = npz.ints(&format!("{name}_i"))?.values;
         if steps.len() != lines.len() {
             let (file, t, i) = (args.spikes.display(), steps.len(), lines.len());
-            return Err(format!("{file}: {name}_t has {t} elements, {name}_i has {i}; they must be pairs").into());
+            return Err(format!(
+                "{file}: {name}_t has {t} elements, {name}_i has {i}; they must be pairs"
+            )
+            .into());
         }
         for (index, (step, line)) in steps.into_iter().zip(lines).enumerate() {
             let (Ok(step), Ok(line)) = (u64::try_from(step), u32::try_from(line)) else {
@@ -134,7 +137,8 @@ fn print_result(
     for (name, count) in counts.named().into_iter().filter(|(_, count)| *count > 0) {
         println!("{name:24} {count:>14}");
     }
-    let mut costs = plain(&["cost table", "dynamic energy (uJ)", "chip time (us)", "static energy (uJ)"]);
+    let mut costs =
+        plain(&["cost table", "dynamic energy (uJ)", "chip time (us)", "static energy (uJ)"]);
     let chip = engine.map().chip();
     for (table, time_ps) in chip.cost_tables.iter().zip(engine.chip_time_ps()) {
         costs.add_row([
@@ -146,7 +150,9 @@ fn print_result(
     }
     println!("{costs}");
     let per_s = counts.synaptic_ops() as f64 / wall_s.max(1e-9);
-    println!("{steps} steps in {wall_s:.3} s of wall-clock time: {per_s:.3e} synaptic operations/s");
+    println!(
+        "{steps} steps in {wall_s:.3} s of wall-clock time: {per_s:.3e} synaptic operations/s"
+    );
 }
 
 fn as_json(

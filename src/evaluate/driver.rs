@@ -45,7 +45,7 @@ pub struct Driver {
 
 /// A driver in a trial.
 pub(super) enum Active {
-    Chip(ChipPolicy),
+    Chip(Box<ChipPolicy>),
     Other(Box<dyn Policy>),
 }
 
@@ -61,7 +61,9 @@ impl Driver {
         deployment.program.as_ref()?;
         let label = match engine {
             EngineKind::Event => format!("{} chip ({})", deployment.network, deployment.policy),
-            EngineKind::Dense => format!("{} chip ({}, dense)", deployment.network, deployment.policy),
+            EngineKind::Dense => {
+                format!("{} chip ({}, dense)", deployment.network, deployment.policy)
+            }
         };
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
@@ -91,7 +93,7 @@ impl Driver {
                     None => Box::new(DenseEngine::new(Arc::clone(&deployment.map))),
                 };
                 let policy = ChipPolicy::new(deployment, engine);
-                Active::Chip(policy.expect("checked when the driver was made"))
+                Active::Chip(Box::new(policy.expect("checked when the driver was made")))
             }
         }
     }
@@ -100,7 +102,7 @@ impl Driver {
 impl Active {
     pub(super) fn policy(&mut self) -> &mut dyn Policy {
         match self {
-            Active::Chip(policy) => policy,
+            Active::Chip(policy) => policy.as_mut(),
             Active::Other(policy) => policy.as_mut(),
         }
     }

@@ -1,6 +1,6 @@
 //! The emulated chip as a driver.
 
-use hw_model::engine::{SpikeRecord, Stimulus};
+use hw_model::engine::SpikeRecord;
 use hw_model::{Engine, OpCounts};
 
 use crate::host::decode;
@@ -76,7 +76,7 @@ impl ChipPolicy {
         let start = self.engine.now();
         let mut before = self.engine.core_counts();
         for step in 0..self.program.chip_steps {
-            let stimulus = self.stimulus(input, step);
+            let stimulus = self.program.stimulus(self.engine.map(), input, step);
             self.engine.run(&stimulus, &mut record);
             let after = self.engine.core_counts();
             self.add_windowed(step, &before, &after);
@@ -86,19 +86,6 @@ impl ChipPolicy {
         self.engine.count_host_reads(outputs as u64);
         self.decisions += 1;
         self.count_output(&record, start, outputs)
-    }
-
-    /// Encoded spikes while there are any, and the bias lines whose layer is about to open.
-    fn stimulus(&self, input: &InputSpikes, step: u32) -> Stimulus {
-        let program = &self.program;
-        let lines = input.get(step as usize).map_or(&[][..], Vec::as_slice);
-        let inputs = lines.iter().enumerate().filter(|(_, spike)| **spike);
-        let inputs = inputs.map(|(line, _)| (0, program.input_port, line as u32));
-        let open = |start: &u32| (*start..start + program.steps).contains(&step);
-        let biases = program.bias_starts.iter().enumerate().filter(|(_, start)| open(start));
-        let biases = biases.map(|(line, _)| (0, program.bias_port, line as u32));
-        Stimulus::new(self.engine.map(), 1, inputs.chain(biases))
-            .expect("the program was checked against the map")
     }
 
     fn add_windowed(&mut self, step: u32, before: &[OpCounts], after: &[OpCounts]) {

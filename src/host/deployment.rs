@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use hw_model::container::{self, Kind};
+use hw_model::engine::Stimulus;
 use hw_model::error::ContainerError;
 use hw_model::{ChipSpec, CoreMap, CoreMapParts, MapError};
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,7 @@ use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
 use crate::compile::{CompileError, IntegerGraph, Policy, place};
 use crate::net::integer::IntegerNet;
 use crate::net::{Network, RateEncoder};
+use crate::reference::InputSpikes;
 
 const KIND: Kind = Kind {
     label: *b"SPIKELP\0",
@@ -200,6 +202,21 @@ impl DecisionProgram {
             output: quantized.graph.populations.len() as u32 - 1,
             encoder: network.encoder,
         }
+    }
+
+    /// What the host injects in step `step` of a decision: encoded spikes while there are any,
+    /// and the bias lines whose layer is about to open.
+    ///
+    /// Shapes: `input[step][line]`, T steps. `map` must be the one the program was made for.
+    pub fn stimulus(&self, map: &CoreMap, input: &InputSpikes, step: u32) -> Stimulus {
+        let lines = input.get(step as usize).map_or(&[][..], Vec::as_slice);
+        let inputs = lines.iter().enumerate().filter(|(_, spike)| **spike);
+        let inputs = inputs.map(|(line, _)| (0, self.input_port, line as u32));
+        let open = |start: &u32| (*start..start + self.steps).contains(&step);
+        let biases = self.bias_starts.iter().enumerate().filter(|(_, start)| open(start));
+        let biases = biases.map(|(line, _)| (0, self.bias_port, line as u32));
+        Stimulus::new(map, 1, inputs.chain(biases))
+            .expect("the program was checked against the map")
     }
 
     /// First step of the output's window.

@@ -24,11 +24,16 @@ pub fn page(results: &[(String, DriveResult)]) -> String {
         );
         let _ = write!(html, "<pre>{}</pre>", escape(&outcome_table(&result.drivers)));
         if let Some(costs) = cost_table(&result.drivers) {
-            let _ = write!(html, "<p>Per decision on the emulated chip:</p><pre>{}</pre>", escape(&costs));
+            let _ = write!(
+                html,
+                "<p>Per decision on the emulated chip:</p><pre>{}</pre>",
+                escape(&costs)
+            );
         }
         for driver in &result.drivers {
             if let Some(digest) = &driver.map_digest {
-                let _ = write!(html, "<p>{}: core map {}</p>", escape(&driver.label), escape(digest));
+                let _ =
+                    write!(html, "<p>{}: core map {}</p>", escape(&driver.label), escape(digest));
             }
         }
         html.push_str(&trajectories(result));

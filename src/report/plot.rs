@@ -12,7 +12,8 @@ const MARGIN_PX: f64 = 34.0;
 pub fn trajectories(result: &DriveResult) -> String {
     let [x0, y0, x1, y1] = result.arena.bounds_m;
     let scale = SIDE_PX / (x1 - x0).max(y1 - y0).max(1e-9);
-    let (width, height) = ((x1 - x0) * scale + 2.0 * MARGIN_PX, (y1 - y0) * scale + 2.0 * MARGIN_PX);
+    let (width, height) =
+        ((x1 - x0) * scale + 2.0 * MARGIN_PX, (y1 - y0) * scale + 2.0 * MARGIN_PX);
     let n = result.drivers.len().max(1) as f64;
     let mut svg = String::new();
     let _ = write!(
@@ -68,10 +69,14 @@ impl Frame {
             self.path(svg, &trial.trajectory_mm, colour, width, opacity);
         }
         for trial in &driver.trials {
-            let Some([sx, sy, _, gx, gy]) = result.pairs_mm.get(trial.trial).copied() else { continue };
+            let Some([sx, sy, _, gx, gy]) = result.pairs_mm.get(trial.trial).copied() else {
+                continue;
+            };
             self.dot(svg, sx, sy, "#1f77b4");
             self.dot(svg, gx, gy, "#d62728");
-            if let (true, Some([x, y, _])) = (trial.outcome != "success", trial.trajectory_mm.last()) {
+            if let (true, Some([x, y, _])) =
+                (trial.outcome != "success", trial.trajectory_mm.last())
+            {
                 let (x, y) = (self.x(f64::from(*x) / 1e3), self.y(f64::from(*y) / 1e3));
                 let _ = write!(
                     svg,
@@ -80,7 +85,10 @@ impl Frame {
                     y - 6.0,
                     trial.trial,
                     trial.outcome,
-                    trial.hit.as_ref().map_or_else(String::new, |hit| format!(" with {}", escape(hit)))
+                    trial
+                        .hit
+                        .as_ref()
+                        .map_or_else(String::new, |hit| format!(" with {}", escape(hit)))
                 );
             }
         }
@@ -91,15 +99,28 @@ impl Frame {
         for polygon in &arena.polygons_m {
             let points: Vec<String> = polygon
                 .iter()
-                .map(|[x, y]| format!("{:.1},{:.1}", self.x(x.clamp(x0 - 0.4, x1 + 0.4)), self.y(y.clamp(y0 - 0.4, y1 + 0.4))))
+                .map(|[x, y]| {
+                    format!(
+                        "{:.1},{:.1}",
+                        self.x(x.clamp(x0 - 0.4, x1 + 0.4)),
+                        self.y(y.clamp(y0 - 0.4, y1 + 0.4))
+                    )
+                })
                 .collect();
             let _ = write!(svg, r##"<polygon points="{}" fill="#9aa3ad"/>"##, points.join(" "));
         }
         for [x, y, r] in &arena.discs_m {
-            let _ = write!(svg, r##"<circle cx="{:.1}" cy="{:.1}" r="{:.1}" fill="#9aa3ad"/>"##, self.x(*x), self.y(*y), r * self.scale);
+            let _ = write!(
+                svg,
+                r##"<circle cx="{:.1}" cy="{:.1}" r="{:.1}" fill="#9aa3ad"/>"##,
+                self.x(*x),
+                self.y(*y),
+                r * self.scale
+            );
         }
         for [ax, ay, bx, by, r, _] in &arena.movers_m {
-            let (ax, ay, bx, by, r) = (self.x(*ax), self.y(*ay), self.x(*bx), self.y(*by), r * self.scale);
+            let (ax, ay, bx, by, r) =
+                (self.x(*ax), self.y(*ay), self.x(*bx), self.y(*by), r * self.scale);
             let _ = write!(
                 svg,
                 r##"<line x1="{ax:.1}" y1="{ay:.1}" x2="{bx:.1}" y2="{by:.1}" stroke="#ff9f1c" stroke-dasharray="5 4"/><circle cx="{ax:.1}" cy="{ay:.1}" r="{r:.1}" fill="#ff9f1c"/>"##
@@ -110,7 +131,9 @@ impl Frame {
     fn path(&self, svg: &mut String, points: &[[i32; 3]], colour: &str, width: f64, opacity: f64) {
         let points: Vec<String> = points
             .iter()
-            .map(|[x, y, _]| format!("{:.1},{:.1}", self.x(f64::from(*x) / 1e3), self.y(f64::from(*y) / 1e3)))
+            .map(|[x, y, _]| {
+                format!("{:.1},{:.1}", self.x(f64::from(*x) / 1e3), self.y(f64::from(*y) / 1e3))
+            })
             .collect();
         let _ = write!(
             svg,

@@ -95,7 +95,9 @@ impl ArenaPicture {
         for obstacle in arena.obstacles() {
             match &obstacle.shape {
                 Shape::Polygon(polygon) => {
-                    picture.polygons_m.push(polygon.vertices().iter().map(|v| [v.x, v.y]).collect());
+                    picture
+                        .polygons_m
+                        .push(polygon.vertices().iter().map(|v| [v.x, v.y]).collect());
                 }
                 Shape::Disc(disc) => {
                     picture.discs_m.push([disc.centre().x, disc.centre().y, disc.radius_m()]);
@@ -104,7 +106,14 @@ impl ArenaPicture {
         }
         for mover in arena.movers() {
             let (from, to) = (mover.from(), mover.to());
-            picture.movers_m.push([from.x, from.y, to.x, to.y, mover.radius_m(), mover.speed_m_per_s()]);
+            picture.movers_m.push([
+                from.x,
+                from.y,
+                to.x,
+                to.y,
+                mover.radius_m(),
+                mover.speed_m_per_s(),
+            ]);
         }
         picture
     }
@@ -247,9 +256,14 @@ impl DriverResult {
         wall_s: f64,
     ) -> Self {
         let spec = chip.as_ref().map(|(spec, _)| *spec);
-        let price = |used: &Option<ChipUse>| used.as_ref().zip(spec).map(|(u, spec)| ChipResult::new(u, spec));
+        let price = |used: &Option<ChipUse>| {
+            used.as_ref().zip(spec).map(|(u, spec)| ChipResult::new(u, spec))
+        };
         let mut used: Option<ChipUse> = None;
-        flown.iter().filter_map(|f| f.chip.as_ref()).for_each(|one| *used.get_or_insert_default() += one);
+        flown
+            .iter()
+            .filter_map(|f| f.chip.as_ref())
+            .for_each(|one| *used.get_or_insert_default() += one);
         let summary = Summary::new(flown, price(&used));
         Self {
             label: label.to_owned(),

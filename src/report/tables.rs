@@ -6,7 +6,17 @@ use crate::report::results::{ChipResult, DriverResult};
 
 /// How it went: one row per driver and seed.
 pub fn outcome_table(drivers: &[DriverResult]) -> String {
-    let mut table = plain(&["driver", "seed", "success", "collision", "time-out", "path (m)", "time (s)", "decisions", "decisions/s"]);
+    let mut table = plain(&[
+        "driver",
+        "seed",
+        "success",
+        "collision",
+        "time-out",
+        "path (m)",
+        "time (s)",
+        "decisions",
+        "decisions/s",
+    ]);
     for driver in drivers {
         let s = &driver.summary;
         table.add_row([
@@ -28,8 +38,18 @@ pub fn outcome_table(drivers: &[DriverResult]) -> String {
 /// drove.
 pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
     let mut table = plain(&[
-        "driver", "seed", "cost table", "syn. ops", "in windows", "updates", "spikes", "messages",
-        "dynamic (uJ)", "in windows (uJ)", "chip time (us)", "static (uJ)",
+        "driver",
+        "seed",
+        "cost table",
+        "syn. ops",
+        "in windows",
+        "updates",
+        "spikes",
+        "messages",
+        "dynamic (uJ)",
+        "in windows (uJ)",
+        "chip time (us)",
+        "static (uJ)",
     ]);
     let mut any = false;
     for driver in drivers {
@@ -58,7 +78,8 @@ pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
 
 /// Registers that overflowed, when any did.
 pub fn overflow_line(chip: &ChipResult) -> Option<String> {
-    let names = ["accumulator_overflows", "current_overflows", "bias_sum_overflows", "voltage_clips"];
+    let names =
+        ["accumulator_overflows", "current_overflows", "bias_sum_overflows", "voltage_clips"];
     let found: Vec<String> = names
         .iter()
         .filter(|name| counter(chip, name) > 0)
@@ -87,7 +108,7 @@ fn per(count: u64, decisions: f64) -> String {
 /// A table without frills, numbers to the right.
 pub fn plain(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header(header.to_vec());
+    table.load_style(presets::ASCII_MARKDOWN).set_header(header.to_vec());
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }

@@ -24,7 +24,7 @@ pub struct Mismatch {
 
 impl Mismatch {
     /// Compares line by line; `first_line` is the place of the first expected line in `file`.
-    pub(super) fn find(
+    pub fn find(
         file: &str,
         engine: &str,
         first_line: usize,

@@ -31,7 +31,7 @@ const GOAL_GAIN: f32 = 3.0;
 const CRUISE: f32 = 0.62;
 
 /// The network: 24 inputs, 6 hidden neurons, 2 wheels, T = 16.
-pub fn network() -> Network {
+pub(super) fn network() -> Network {
     Network {
         name: "reflex".to_owned(),
         steps: STEPS,

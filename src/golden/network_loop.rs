@@ -1,0 +1,136 @@
+//! Running network and loop traces: the lines of their expectations.
+
+use std::sync::Arc;
+
+use hw_model::ChipSpec;
+use hw_model::engine::Engine;
+use hw_model::trace::{Detail, Observer, engines, total_lines};
+
+use crate::closed_loop::{Trial, TrialConfig};
+use crate::compile::Policy as Quantization;
+use crate::golden::GoldenError;
+use crate::golden::head::{Head, Kind, LoopDriver};
+use crate::host::{ChipPolicy, DecisionProgram, Deployment};
+use crate::net::{Network, builtin};
+use crate::policy::{Action, Observation, Policy};
+use crate::reference::{FloatPolicy, InputSpikes};
+use crate::rng::{Streams, stream};
+use crate::world::World;
+use crate::world::arena::Arena;
+use crate::world::pairs::{PairRules, generate_pairs};
+
+/// Rate of the random input of network traces.
+const INPUT_RATE: f64 = 0.3;
+
+/// Name of an engine and the lines it gives.
+type Run = (String, Vec<String>);
+
+/// The trace through every engine, the dense reference first.
+pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
+    let network_error = |source| GoldenError::Network { file: head.file.clone(), source };
+    let network = builtin::read(&head.network, None).map_err(network_error)?;
+    if head.kind == Kind::Loop && head.driver == LoopDriver::Float {
+        let lines = run_loop(head, &mut FloatPolicy::new(&network), network.steps)?;
+        return Ok(vec![("float".to_owned(), lines)]);
+    }
+    let deployment = compile(head, &network)?;
+    let program = deployment.program.clone().expect("a float network has a program");
+    let mut runs = Vec::new();
+    for (name, mut engine) in engines(&deployment.map) {
+        let lines = match head.kind {
+            Kind::Network => run_decisions(head, &program, engine.as_mut()),
+            Kind::Loop => {
+                let policy = ChipPolicy::new(&deployment, engine);
+                run_loop(head, &mut policy.expect("it has a program"), network.steps)?
+            }
+        };
+        runs.push((name.to_owned(), lines));
+    }
+    Ok(runs)
+}
+
+fn compile(head: &Head, network: &Network) -> Result<Deployment, GoldenError> {
+    let compile_error = |source| GoldenError::Compile { file: head.file.clone(), source };
+    let policy = Quantization::named(&head.policy).map_err(compile_error)?;
+    Deployment::compile(network, &policy, &ChipSpec::loihi1(), None).map_err(compile_error)
+}
+
+/// Decisions on random input, a line for each step and core.
+fn run_decisions(head: &Head, program: &DecisionProgram, engine: &mut dyn Engine) -> Vec<String> {
+    let map = Arc::new(engine.map().clone());
+    let mut lines = vec![format!("map {}", map.digest())];
+    let mut observer = Observer::new(engine, Detail::Step);
+    for decision in 0..head.count {
+        let input = random_input(head, program, &map, decision);
+        engine.reset();
+        for step in 0..program.chip_steps {
+            let stimulus = program.stimulus(&map, &input, step);
+            lines.extend(observer.step(engine, &stimulus));
+        }
+    }
+    lines.extend(total_lines(engine));
+    lines
+}
+
+fn random_input(
+    head: &Head,
+    program: &DecisionProgram,
+    map: &hw_model::CoreMap,
+    decision: u64,
+) -> InputSpikes {
+    let n_lines = map.ports()[program.input_port as usize].lines;
+    let mut draw = Streams::new(head.seed, 0).at(stream::STIMULUS, decision);
+    let mut step = || (0..n_lines).map(|_| draw.bernoulli(INPUT_RATE)).collect();
+    (0..program.steps).map(|_| step()).collect()
+}
+
+/// Control ticks of one trial, a line each: pose, speeds, nearest range, action.
+fn run_loop(head: &Head, policy: &mut dyn Policy, steps: u32) -> Result<Vec<String>, GoldenError> {
+    let file = || head.file.clone();
+    let setting = |message: String| GoldenError::Setting { file: file(), message };
+    let arena = Arena::open(&head.arena)
+        .map_err(|source| GoldenError::Arena { file: file(), source: Box::new(source) })?;
+    let world = World::new(arena);
+    let n = head.trial as usize + 1;
+    let pairs = generate_pairs(&world, n, PairRules::default(), Streams::new(head.seed, 0))
+        .map_err(|e| setting(e.to_string()))?;
+    let pair = pairs[head.trial as usize];
+    let config = TrialConfig {
+        wheel_speed_m_per_s_max: head.v_max_mm_per_s as f64 / 1000.0,
+        actuators: head.actuators,
+        ..TrialConfig::san()
+    };
+    let streams = Streams::new(head.seed, head.trial);
+    let mut trial = Trial::new(&world, pair.start, pair.goal, &config, streams)
+        .map_err(|e| setting(e.to_string()))?;
+    policy.start_trial(streams);
+    let mut lines = Vec::new();
+    for tick in 0..head.count {
+        if trial.end().is_some() {
+            break;
+        }
+        let observation = trial.observe();
+        let action = policy.act(&observation, tick);
+        lines.push(tick_line(tick, &trial, &observation, action, steps));
+        trial.drive(action);
+    }
+    lines.push(format!("end {:?}", trial.end()));
+    Ok(lines)
+}
+
+fn tick_line(tick: u64, trial: &Trial<'_>, o: &Observation, action: Action, steps: u32) -> String {
+    let [x, y, yaw] = trial.robot().pose().rounded_mm_mrad();
+    let milli = |value: f64| libm::round(value * 1000.0) as i64;
+    let spikes = |rate: f64| libm::round(rate * f64::from(steps)) as i64;
+    let nearest = o.laser_m.iter().copied().fold(f64::INFINITY, f64::min);
+    format!(
+        "tick={tick:04} x_mm={x:+06} y_mm={y:+06} yaw_mrad={yaw:+05} v_mm_s={:+05} w_mrad_s={:+05} \
+         goal_mm={:05} near_mm={:05} left={:02} right={:02}",
+        milli(o.linear_m_per_s),
+        milli(o.angular_rad_per_s),
+        milli(o.goal_distance_m),
+        milli(nearest),
+        spikes(action.left),
+        spikes(action.right)
+    )
+}

@@ -198,6 +198,12 @@ impl ChipSpec {
             for (field, value) in table.numbers() {
                 self.finite(&format!("cost_tables.{}.{field}", table.name), value)?;
             }
+            let points = &table.barrier_ns_by_tiles;
+            if points.is_empty() || !points.is_sorted_by(|a, b| a.0 < b.0) {
+                let field = format!("cost_tables.{}.barrier_ns_by_tiles", table.name);
+                let limit = "one point or more, by increasing number of tiles".to_owned();
+                return Err(self.out_of_range(&field, format!("{points:?}"), limit));
+            }
         }
         Ok(())
     }

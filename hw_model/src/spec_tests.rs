@@ -50,3 +50,16 @@ fn numbers_out_of_range_name_field_value_and_limit() {
         "chip loihi1: static_power.chip_mw = NaN, must be a number in 0..=1e9; correct the chip file"
     );
 }
+
+#[test]
+fn barrier_points_out_of_order_or_missing_are_refused() {
+    let published = "[[1.0, 113.0], [32.0, 465.0]]";
+    let error = |to: &str| changed(published, to).unwrap_err().to_string();
+    let limit = "must be one point or more, by increasing number of tiles; correct the chip file";
+    let field = "chip loihi1: cost_tables.davies2018.barrier_ns_by_tiles";
+    assert_eq!(error("[]"), format!("{field} = [], {limit}"));
+    assert_eq!(
+        error("[[2.0, 5.0], [2.0, 6.0]]"),
+        format!("{field} = [(2.0, 5.0), (2.0, 6.0)], {limit}")
+    );
+}

@@ -57,20 +57,20 @@ pub enum TraceError {
     #[error(transparent)]
     Text(#[from] TextError),
     /// There is no such chip.
-    #[error("{place}: {source}")]
+    #[error("{place}: {reason}")]
     Chip {
         /// The file.
         place: String,
         /// The reason.
-        source: ChipError,
+        reason: ChipError,
     },
     /// The map does not fit its chip.
-    #[error("{place}: {source}")]
+    #[error("{place}: {reason}")]
     Map {
         /// The file.
         place: String,
         /// The reason.
-        source: MapError,
+        reason: Box<MapError>,
     },
 }
 

@@ -51,9 +51,9 @@ pub(super) fn parse(place: &str, text: &str) -> Result<Trace, TraceError> {
     let (_, chip) = head.map.chip().ok_or_else(|| missing("`chip NAME`"))?;
     let place = place.to_owned();
     let chip = ChipSpec::named(chip)
-        .map_err(|source| TraceError::Chip { place: place.clone(), source })?;
+        .map_err(|reason| TraceError::Chip { place: place.clone(), reason })?;
     let map = CoreMap::new(head.map.finish(chip))
-        .map_err(|source| TraceError::Map { place: place.clone(), source })?;
+        .map_err(|e| TraceError::Map { place: place.clone(), reason: Box::new(e) })?;
     Ok(Trace {
         place,
         head: head_text,

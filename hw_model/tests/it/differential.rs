@@ -46,7 +46,7 @@ fn run_whole(mut engine: Box<dyn Engine>, stimulus: &Stimulus) -> Vec<String> {
 }
 
 proptest! {
-    #![proptest_config(config(100))]
+    #![proptest_config(config(250))]
 
     #[test]
     fn every_engine_and_thread_count_agrees_in_every_step(

@@ -1,7 +1,7 @@
-//! Every limit of a core map and every way in which its parts can contradict each other: one
-//! more than fits is refused, with the place, the number, the limit and what to do.
+//! Every limit of a chip, a core and a register: as much as fits is accepted, one more is refused
+//! with the place, the number, the limit and what to do.
 
-use hw_model::core_map::{AxonIn, AxonOut, Population, PortTarget, Slice};
+use hw_model::core_map::{AxonIn, AxonOut, CompartmentGroup, PortTarget};
 use hw_model::id::{AxonIdx, CompartmentIdx, CoreId};
 use hw_model::synapse::{SynapseEntry, SynapseForm, SynapseList};
 use hw_model::weight::{SignMode, SynapseFormat};
@@ -28,19 +28,19 @@ port in lines=4
 port in line 3 -> core 000 axon 0000
 ";
 
-fn changed(change: impl FnOnce(&mut CoreMapParts)) -> Result<CoreMap, MapError> {
+pub(crate) fn changed(change: impl FnOnce(&mut CoreMapParts)) -> Result<CoreMap, MapError> {
     let mut parts = CoreMapParts::from_text("small", SMALL, ChipSpec::loihi1()).unwrap();
     change(&mut parts);
     CoreMap::new(parts)
 }
 
 #[track_caller]
-fn refused(change: impl FnOnce(&mut CoreMapParts), expected: &str) {
+pub(crate) fn refused(change: impl FnOnce(&mut CoreMapParts), expected: &str) {
     assert_eq!(changed(change).expect_err("must be refused").to_string(), expected);
 }
 
 #[track_caller]
-fn accepted(change: impl FnOnce(&mut CoreMapParts)) {
+pub(crate) fn accepted(change: impl FnOnce(&mut CoreMapParts)) {
     if let Err(error) = changed(change) {
         panic!("must be accepted: {error}");
     }
@@ -50,16 +50,12 @@ fn format(sign_mode: SignMode, weight_bits: u8, exponent: i8) -> SynapseFormat {
     SynapseFormat { sign_mode, weight_bits, exponent }
 }
 
-fn dense(mantissas: &[i16]) -> SynapseEntry {
+pub(crate) fn dense(mantissas: &[i16]) -> SynapseEntry {
     SynapseEntry { format: 0, form: SynapseForm::Dense { first: 0, mantissas: mantissas.to_vec() } }
 }
 
 /// `count` groups of one compartment each after the first, changed by their number.
-fn add_groups(
-    parts: &mut CoreMapParts,
-    count: u16,
-    change: impl Fn(&mut hw_model::core_map::CompartmentGroup, u16),
-) {
+fn add_groups(parts: &mut CoreMapParts, count: u16, change: impl Fn(&mut CompartmentGroup, u16)) {
     for index in 1..=count {
         let mut group = parts.cores[0].groups[0];
         group.len = 1;
@@ -161,7 +157,7 @@ fn core_with_33_compartment_configurations_is_refused() {
 
 #[test]
 fn every_parameter_but_the_threshold_makes_a_configuration() {
-    let distinct: [fn(&mut hw_model::core_map::CompartmentGroup, u16); 5] = [
+    let distinct: [fn(&mut CompartmentGroup, u16); 5] = [
         |group, i| group.decay_current = i,
         |group, i| group.decay_voltage = i,
         |group, i| group.bias_mantissa = i as i16,
@@ -312,202 +308,6 @@ fn mantissas_off_the_grid_of_their_format_are_refused() {
                  round it by a named policy first"
             ),
         );
-    }
-}
-
-// What refers to nothing.
-
-#[test]
-fn a_missing_synapse_format_is_refused() {
-    refused(
-        |p| p.cores[0].lists[0].entries[0].format = 1,
-        "core 0 (fc), synapse list 0: refers to synapse format 1, but there are 1; \
-         the map is inconsistent",
-    );
-}
-
-#[test]
-fn a_missing_synapse_list_is_refused() {
-    refused(
-        |p| p.cores[0].axons_in[0].list = 1,
-        "core 0 (fc), input axon 0: refers to synapse list 1, but there are 1; \
-         the map is inconsistent",
-    );
-}
-
-#[test]
-fn a_list_that_reaches_beyond_the_compartments_is_refused() {
-    refused(
-        |p| p.cores[0].axons_in[0].base = 1,
-        "core 0 (fc), input axon 0: refers to compartment 3, but there are 3; \
-         the map is inconsistent",
-    );
-    refused(
-        |p| {
-            let (targets, mantissas) = (vec![0, 1], vec![2, 2]);
-            p.cores[1].lists[0].entries[0].form = SynapseForm::Sparse { targets, mantissas };
-        },
-        "core 1 (out), input axon 0: refers to compartment 1, but there are 1; \
-         the map is inconsistent",
-    );
-}
-
-#[test]
-fn output_axons_to_or_from_nowhere_are_refused() {
-    let start = "core 0 (fc), output axons: refers to";
-    let end = "the map is inconsistent";
-    refused(
-        |p| p.cores[0].axons_out[0].compartment = CompartmentIdx(3),
-        &format!("{start} compartment 3, but there are 3; {end}"),
-    );
-    refused(
-        |p| p.cores[0].axons_out[0].core = CoreId(2),
-        &format!("{start} core 2, but there are 2; {end}"),
-    );
-    refused(
-        |p| p.cores[0].axons_out[0].axon = AxonIdx(1),
-        &format!("{start} input axon of the target core 1, but there are 1; {end}"),
-    );
-}
-
-#[test]
-fn port_targets_that_lead_nowhere_are_refused() {
-    let end = "the map is inconsistent";
-    refused(
-        |p| p.ports[0].targets[0].line = 4,
-        &format!("port in: refers to line 4, but there are 4; {end}"),
-    );
-    refused(
-        |p| p.ports[0].targets[0].core = CoreId(2),
-        &format!("port in: refers to core 2, but there are 2; {end}"),
-    );
-    refused(
-        |p| p.ports[0].targets[0].axon = AxonIdx(1),
-        &format!("port in: refers to input axon of the target core 1, but there are 1; {end}"),
-    );
-}
-
-#[test]
-fn population_slices_outside_of_the_map_are_refused() {
-    let end = "the map is inconsistent";
-    refused(
-        |p| p.populations[0].slices[0].core = CoreId(2),
-        &format!("population fc: refers to core 2, but there are 2; {end}"),
-    );
-    refused(
-        |p| p.populations[0].slices[0].len = 4,
-        &format!("population fc: refers to compartment 3, but there are 3; {end}"),
-    );
-    refused(
-        |p| p.populations[0].slices[0].first = CompartmentIdx(u16::MAX),
-        &format!("population fc: refers to compartment 65537, but there are 3; {end}"),
-    );
-}
-
-// What contradicts itself.
-
-#[test]
-fn sparse_targets_out_of_order_or_without_weights_are_refused() {
-    let sparse = |p: &mut CoreMapParts, targets: &[u16], mantissas: &[i16]| {
-        let (targets, mantissas) = (targets.to_vec(), mantissas.to_vec());
-        p.cores[0].lists[0].entries[0].form = SynapseForm::Sparse { targets, mantissas };
-    };
-    accepted(|p| sparse(p, &[0, 2], &[2, 2]));
-    for targets in [[2, 0], [1, 1]] {
-        refused(
-            |p| sparse(p, &targets, &[2, 2]),
-            "core 0 (fc), synapse list 0: targets do not increase strictly; \
-             the map is inconsistent",
-        );
-    }
-    refused(
-        |p| sparse(p, &[0, 1], &[2]),
-        "core 0 (fc), synapse list 0: 2 targets but 1 weights; the map is inconsistent",
-    );
-}
-
-#[test]
-fn output_axons_out_of_order_or_repeated_are_refused() {
-    let expected = "core 0 (fc), output axons: not sorted by compartment and target, or repeated; \
-                    the map is inconsistent";
-    let add = |p: &mut CoreMapParts, compartment| {
-        let compartment = CompartmentIdx(compartment);
-        p.cores[0].axons_out.push(AxonOut { compartment, core: CoreId(1), axon: AxonIdx(0) });
-    };
-    accepted(|p| add(p, 2));
-    refused(|p| add(p, 0), expected);
-    refused(|p| add(p, 1), expected);
-}
-
-#[test]
-fn port_targets_out_of_order_or_repeated_are_refused() {
-    let expected = "port in: targets not sorted, or repeated; the map is inconsistent";
-    let add = |p: &mut CoreMapParts, line| {
-        p.ports[0].targets.push(PortTarget { line, core: CoreId(1), axon: AxonIdx(0) });
-    };
-    accepted(|p| add(p, 3));
-    refused(|p| add(p, 0), expected);
-    refused(|p| [3, 3].into_iter().for_each(|line| add(p, line)), expected);
-}
-
-#[test]
-fn a_port_of_more_than_2_to_the_24_lines_is_refused() {
-    accepted(|p| p.ports[0].lines = 1 << 24);
-    refused(
-        |p| p.ports[0].lines = (1 << 24) + 1,
-        "port in: 16777217 lines, limit 16777216; the map is inconsistent",
-    );
-}
-
-#[test]
-fn populations_that_share_compartments_are_refused() {
-    let slice = |core, first, len| Slice { core: CoreId(core), first: CompartmentIdx(first), len };
-    refused(
-        |p| p.populations[1].slices.push(slice(0, 2, 1)),
-        "population out: shares compartments of core 0 with another; the map is inconsistent",
-    );
-    refused(
-        |p| p.populations[1].slices.push(slice(1, 0, 1)),
-        "population out: shares compartments of core 1 with another; the map is inconsistent",
-    );
-}
-
-#[test]
-fn two_populations_or_ports_of_one_name_are_refused() {
-    refused(
-        |p| p.populations.push(Population { name: "fc".to_owned(), slices: Vec::new() }),
-        "population fc: there are two of this name; the map is inconsistent",
-    );
-    refused(
-        |p| p.ports.push(p.ports[0].clone()),
-        "port in: there are two of this name; the map is inconsistent",
-    );
-}
-
-#[test]
-fn names_that_the_text_form_cannot_hold_are_refused() {
-    let end = "visible ASCII characters without ';'; rename it";
-    accepted(|p| p.cores[0].label = String::new());
-    accepted(|p| p.cores[0].label = "x".repeat(256));
-    refused(
-        |p| p.cores[1].label = "fc 1".to_owned(),
-        &format!("core 1: label \"fc 1\", must be at most 256 {end}"),
-    );
-    refused(
-        |p| p.populations[1].name = "a\nb".to_owned(),
-        &format!("population 1: name \"a\\nb\", must be 1 to 256 {end}"),
-    );
-    refused(
-        |p| p.ports[0].name = String::new(),
-        &format!("port 0: name \"\", must be 1 to 256 {end}"),
-    );
-    refused(
-        |p| p.chip.name = "a;b".to_owned(),
-        &format!("chip: name \"a;b\", must be 1 to 256 {end}"),
-    );
-    for name in ["µ", &"x".repeat(257)] {
-        let error = changed(|p| p.ports[0].name = name.to_owned()).unwrap_err();
-        assert!(matches!(error, MapError::Name { .. }), "{error}");
     }
 }
 

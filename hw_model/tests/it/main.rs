@@ -5,6 +5,7 @@ mod differential;
 mod limits;
 mod map_text;
 mod random_map;
+mod references;
 mod trace_format;
 mod traces;
 mod vectors;

@@ -11,6 +11,8 @@ pub mod laser;
 pub mod mover;
 pub mod pairs;
 pub mod robot;
+#[cfg(test)]
+pub(crate) mod test_data;
 
 use nalgebra::Point2;
 

@@ -52,7 +52,7 @@ pub enum GoldenError {
         /// The file.
         file: String,
         /// The reason.
-        source: NetError,
+        source: Box<NetError>,
     },
     /// The network of a trace does not compile.
     #[error("{file}: {source}")]
@@ -60,7 +60,7 @@ pub enum GoldenError {
         /// The file.
         file: String,
         /// The reason.
-        source: CompileError,
+        source: Box<CompileError>,
     },
     /// The arena of a trace cannot be had.
     #[error("{file}: {source}")]

@@ -1,1 +1,101 @@
+use super::*;
+use crate::net::builtin;
 
+fn layer(weights: Vec<f32>, bias: Vec<f32>, threshold: f64) -> Layer {
+    let neurons = bias.len();
+    Layer {
+        name: "l".to_owned(),
+        inputs: weights.len() / neurons,
+        neurons,
+        weights,
+        bias,
+        keep_current: 0.5,
+        keep_voltage: 0.75,
+        threshold,
+    }
+}
+
+fn quantized(layer: &Layer, policy: &str) -> Result<QuantizedLayer, CompileError> {
+    quantize_layer(layer, &Policy::named(policy).unwrap(), &ChipSpec::loihi1())
+}
+
+#[test]
+fn san_scales_by_weights_and_biases_and_truncates() {
+    let q = quantized(&layer(vec![0.25, -0.1, 0.001], vec![0.5], 0.3), "san").unwrap();
+    assert_eq!((q.scale, q.threshold_mantissa), (510.0, 153));
+    assert_eq!((q.weights, q.bias, q.bias_exponent), (vec![127, -51, 0], vec![255], 0));
+}
+
+#[test]
+fn nearest_uses_the_whole_range_for_weights_and_an_exponent_for_the_bias() {
+    let q = quantized(&layer(vec![0.25, -0.1], vec![0.5], 0.5), "nearest").unwrap();
+    // 255 / 0.25 = 1020; 0.5 * 1020 = 510 is whole already.
+    assert_eq!((q.scale, q.threshold_mantissa), (1020.0, 510));
+    assert_eq!((q.weights, q.bias, q.bias_exponent), (vec![255, -102], vec![255], 1));
+}
+
+#[test]
+fn mixed_signs_give_even_mantissas() {
+    let q = quantized(&layer(vec![0.25, -0.1, 0.003], vec![0.0], 0.5), "mixed").unwrap();
+    assert!(q.weights.iter().chain(&q.bias).all(|m| m % 2 == 0), "{:?}", q.weights);
+    assert_eq!(q.weights[0], 254);
+}
+
+#[test]
+fn diffused_errors_of_a_neuron_sum_to_less_than_a_step() {
+    let weights: Vec<f32> = (0..100).map(|i| ((i * 37 % 101) as f32 - 50.0) / 137.0).collect();
+    let exact = layer(weights.clone(), vec![0.0], 0.5);
+    let q = quantized(&exact, "diffused").unwrap();
+    let error: f64 =
+        scaled(&weights, q.scale).iter().zip(&q.weights).map(|(w, m)| w - f64::from(*m)).sum();
+    assert!(error.abs() <= 0.5 + 1e-6, "{error}");
+}
+
+#[test]
+fn a_threshold_without_a_mantissa_names_layer_and_value() {
+    let error = quantized(&layer(vec![100.0], vec![0.0], 0.01), "san").unwrap_err().to_string();
+    assert!(
+        error.starts_with(
+            "layer l: threshold 0.01 -> mantissa 0, must be 1..=131071; the threshold is too small"
+        ),
+        "{error}"
+    );
+    let error = quantized(&layer(vec![1e-4], vec![0.0], 1.0), "san").unwrap_err().to_string();
+    assert!(
+        error.contains("-> mantissa 2550000, must be 1..=131071; the threshold is too large"),
+        "{error}"
+    );
+    let error = quantized(&layer(vec![1.0], vec![0.0], -0.031), "nearest").unwrap_err().to_string();
+    assert!(error.starts_with("layer l: threshold -0.031 -> mantissa -8"), "{error}");
+}
+
+#[test]
+fn a_layer_of_zeros_has_no_scale() {
+    let error = quantized(&layer(vec![0.0], vec![0.0], 0.5), "nearest").unwrap_err().to_string();
+    assert!(error.starts_with("layer l: all weights and biases are zero"), "{error}");
+}
+
+#[test]
+fn an_unknown_policy_lists_what_there_is() {
+    assert_eq!(
+        Policy::named("best").unwrap_err().to_string(),
+        "policy best: no such policy (there is: nearest, san, mixed, diffused, san-nearest)"
+    );
+}
+
+#[test]
+fn bias_lines_reach_every_neuron_with_a_bias_and_no_other() {
+    let network = builtin::read("reflex", None).unwrap();
+    let q = quantize(&network, &Policy::named("nearest").unwrap(), &ChipSpec::loihi1()).unwrap();
+    let of_layer = |target: usize| {
+        let bias =
+            q.graph.projections.iter().find(|p| p.target == target && p.source == Source::Port(1));
+        bias.expect("every layer has a bias line")
+            .mantissas
+            .iter()
+            .map(|m| m.signum())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(of_layer(0), [-1, -1, -1, -1, 0, 0]);
+    assert_eq!(of_layer(1), [1, 1]);
+}

@@ -27,7 +27,8 @@ type Run = (String, Vec<String>);
 
 /// The trace through every engine, the dense reference first.
 pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
-    let network_error = |source| GoldenError::Network { file: head.file.clone(), source };
+    let network_error =
+        |source| GoldenError::Network { file: head.file.clone(), source: Box::new(source) };
     let network = builtin::read(&head.network, None).map_err(network_error)?;
     if head.kind == Kind::Loop && head.driver == LoopDriver::Float {
         let lines = run_loop(head, &mut FloatPolicy::new(&network), network.steps)?;
@@ -50,7 +51,8 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
 }
 
 fn compile(head: &Head, network: &Network) -> Result<Deployment, GoldenError> {
-    let compile_error = |source| GoldenError::Compile { file: head.file.clone(), source };
+    let compile_error =
+        |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
     Deployment::compile(network, &policy, &ChipSpec::loihi1(), None).map_err(compile_error)
 }

@@ -27,7 +27,10 @@ const GOAL_RIGHT: usize = 5;
 const SIDE_WEIGHTS: [f32; 9] = [0.10, 0.15, 0.20, 0.30, 0.40, 0.50, 0.55, 0.45, 0.30];
 /// The same in the pool of what lies ahead.
 const AHEAD_WEIGHTS: [f32; 9] = [0.0, 0.0, 0.0, 0.0, 0.1, 0.3, 0.6, 0.9, 1.0];
-const GOAL_GAIN: f32 = 3.0;
+/// Part of each pool that is far enough away to be ignored.
+const SIDE_IGNORED: f32 = 0.45;
+const AHEAD_IGNORED: f32 = 0.35;
+const GOAL_GAIN: f32 = 4.0;
 const CRUISE: f32 = 0.62;
 
 /// The network: 24 inputs, 6 hidden neurons, 2 wheels, T = 16.
@@ -74,6 +77,8 @@ fn hidden() -> Layer {
     }
     set(GOAL_LEFT, DIRECTION_LEFT, GOAL_GAIN);
     set(GOAL_RIGHT, DIRECTION_RIGHT, GOAL_GAIN);
+    layer.bias[SIDE_LEFT..=SIDE_RIGHT].fill(-SIDE_IGNORED);
+    layer.bias[AHEAD_LEFT..=AHEAD_RIGHT].fill(-AHEAD_IGNORED);
     layer
 }
 

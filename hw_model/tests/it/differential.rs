@@ -46,7 +46,7 @@ fn run_whole(mut engine: Box<dyn Engine>, stimulus: &Stimulus) -> Vec<String> {
 }
 
 proptest! {
-    #![proptest_config(config(250))]
+    #![proptest_config(config(100))]
 
     #[test]
     fn every_engine_and_thread_count_agrees_in_every_step(
@@ -185,6 +185,33 @@ fn moved(parts: &CoreMapParts, order: &[usize]) -> CoreMapParts {
         port.targets.sort_unstable();
     }
     moved
+}
+
+#[test]
+fn neuron_numbers_run_through_the_slices_of_a_population_in_order() {
+    // Two compartments on each of two cores, all driven by their bias, one more each step.
+    let text = "\
+chip loihi1
+core 000 label a
+core 000 group cx=0000..0001 decay_u=0 decay_v=0 vth=1 bias=65<<0 refractory=63
+core 000 group cx=0001..0002 decay_u=0 decay_v=0 vth=1 bias=33<<0 refractory=63
+core 001 label b
+core 001 group cx=0000..0002 decay_u=0 decay_v=0 vth=1 bias=22<<0 refractory=63
+population p core=001 cx=0001..0002
+population p core=000 cx=0000..0002
+population q core=001 cx=0000..0001
+";
+    let parts = CoreMapParts::from_text("p", text, ChipSpec::loihi1()).unwrap();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    let spikes = |mut record: SpikeRecord| {
+        event(&map, 2).run(&Stimulus::silent(4), &mut record);
+        record.by_population(&map)
+    };
+    let p = vec![(0, 1), (1, 2), (2, 0)];
+    assert_eq!(spikes(SpikeRecord::all(&map)), [p.clone(), vec![(2, 0)]]);
+    assert_eq!(spikes(SpikeRecord::of_population(&map, 0))[0], p);
+    assert_eq!(spikes(SpikeRecord::of_population(&map, 1)), [vec![(2, 0)], vec![(2, 0)]]);
+    assert_eq!(spikes(SpikeRecord::none()), [vec![], vec![]]);
 }
 
 #[test]

@@ -125,6 +125,7 @@ fn observations_are_actual_speeds_goal_and_ranges() {
     assert_eq!(second.angular_rad_per_s, 0.0);
     let reached = 1.8 * (1.0 - libm::exp(-0.1 / 0.3));
     assert!((third.angular_rad_per_s - reached).abs() < 1e-12);
+    assert!((third.linear_m_per_s - 0.275 / 1.8 * reached).abs() < 1e-12);
     assert!(third.goal_direction_rad < first.goal_direction_rad);
 }
 

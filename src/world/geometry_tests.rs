@@ -44,7 +44,7 @@ fn refused_outlines_say_what_is_wrong() {
 #[test]
 fn more_vertices_than_the_limit_are_refused() {
     let circle: Vec<_> =
-        (0..65).map(|i| Point2::from(direction(6.28 * f64::from(i) / 65.0))).collect();
+        (0..65).map(|i| Point2::from(direction(6.2 * f64::from(i) / 65.0))).collect();
     assert_eq!(ConvexPolygon::new(circle[..64].to_vec()).unwrap().vertices().len(), 64);
     assert_eq!(ConvexPolygon::new(circle).unwrap_err(), ShapeError::Vertices { n: 65 });
 }

@@ -100,7 +100,8 @@ impl FanScan<'_> {
             return self.see_with(0..self.ranges_m.len(), range_m);
         };
         let middle_rad = wrap_angle(middle_rad - self.yaw_rad);
-        for turns in [-2.0, -1.0, 0.0, 1.0, 2.0] {
+        // The window and the rays are all within -2 pi..=2 pi.
+        for turns in [-1.0, 0.0, 1.0] {
             let rays = self.fan.rays_between(middle_rad + right_rad, middle_rad + left_rad, turns);
             self.see_with(rays, &range_m);
         }

@@ -1,6 +1,6 @@
 //! A convex polygon, checked once when it is made.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::TAU;
 
 use nalgebra::{Point2, Vector2};
 
@@ -195,8 +195,8 @@ fn check_edges(vertices: &[Point2<f64>]) -> Result<(), ShapeError> {
     Ok(())
 }
 
-/// A closed outline is simple and convex when no corner turns inwards or folds back, and the
-/// corners turn by one full turn in all (a pentagram turns by two).
+/// A closed outline is simple and convex when no corner turns inwards and the corners turn by one
+/// full turn in all (a pentagram turns by two). A spike folds back and then turns inwards.
 fn check_convex(vertices: &[Point2<f64>], winding: f64) -> Result<(), ShapeError> {
     let n = vertices.len();
     let mut turned_rad = 0.0;
@@ -205,11 +205,7 @@ fn check_convex(vertices: &[Point2<f64>], winding: f64) -> Result<(), ShapeError
         let corner_rad = winding * turn_rad(b - a, c - b);
         let vertex = (before + 1) % n;
         turned_rad += corner_rad;
-        let folds_back = corner_rad > PI - TURN_RAD_SLACK;
-        if corner_rad < -TURN_RAD_SLACK
-            || folds_back
-            || turned_rad > TAU + 2.0 * TURN_RAD_SLACK * n as f64
-        {
+        if corner_rad < -TURN_RAD_SLACK || turned_rad > TAU + 2.0 * TURN_RAD_SLACK * n as f64 {
             return Err(ShapeError::NotConvex { vertex });
         }
     }

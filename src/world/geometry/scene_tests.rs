@@ -56,22 +56,25 @@ proptest! {
         centre in point(), yaw_rad in -3.0..3.0_f64, half in (0.2..3.0_f64, 0.2..3.0_f64),
         origin in point(), angle_rad in -3.2..3.2_f64,
     ) {
-        let size_m = 2.0 * Vector2::new(half.0, half.1);
-        let mine = [
-            Shape::Polygon(ConvexPolygon::rectangle(centre, yaw_rad, size_m).unwrap()),
-            Shape::Disc(Disc::new(centre, half.0).unwrap()),
-        ];
+        let along = direction(angle_rad);
+        // Range to both shapes, scaled: rays that only graze may differ in f32.
+        let mine = |scale: f64| {
+            let size_m = 2.0 * scale * Vector2::new(half.0, half.1);
+            let rectangle = ConvexPolygon::rectangle(centre, yaw_rad, size_m).unwrap();
+            let disc = Disc::new(centre, scale * half.0).unwrap();
+            [rectangle.ray_range_m(origin, along), disc.ray_range_m(origin, along)]
+        };
         let place = ParryPose::new(to_parry(centre.coords), yaw_rad as f32);
-        let ray = Ray::new(to_parry(origin.coords), to_parry(direction(angle_rad)));
-        let half_m = to_parry(0.5 * size_m);
+        let ray = Ray::new(to_parry(origin.coords), to_parry(along));
+        let half_m = to_parry(Vector2::new(half.0, half.1));
         let theirs = [
             Cuboid::new(half_m).cast_ray(&place, &ray, 100.0, true),
             Ball::new(half.0 as f32).cast_ray(&place, &ray, 100.0, true),
         ];
-        for (mine, theirs) in mine.iter().zip(theirs) {
-            let mine = mine.ray_range_m(origin, direction(angle_rad));
-            // Grazing rays may differ in f32; there both are near the outline.
-            if let (Some(mine), Some(theirs)) = (mine, theirs) {
+        for (shape, theirs) in theirs.into_iter().enumerate() {
+            prop_assert!(theirs.is_some() || mine(0.99)[shape].is_none());
+            prop_assert!(theirs.is_none() || mine(1.01)[shape].is_some());
+            if let (Some(mine), Some(theirs)) = (mine(1.0)[shape], theirs) {
                 prop_assert!((mine - f64::from(theirs)).abs() < 0.02, "{mine} {theirs}");
             }
         }

@@ -1,6 +1,7 @@
 //! spikeloop: see ARCHITECTURE.md.
 
 pub mod closed_loop;
+pub mod coding;
 pub mod compile;
 pub mod evaluate;
 pub mod files;

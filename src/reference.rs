@@ -11,9 +11,6 @@ pub mod float;
 pub use fixed::FixedNetwork;
 pub use float::{FloatNetwork, FloatPolicy};
 
-/// Spikes of one decision: for each step, one flag per input.
-pub type InputSpikes = Vec<Vec<bool>>;
-
 /// What a decision of a network shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decision {

@@ -7,13 +7,14 @@ use hw_model::engine::Engine;
 use hw_model::trace::{Detail, Observer, engines, total_lines};
 
 use crate::closed_loop::{Trial, TrialConfig};
+use crate::coding::InputSpikes;
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::{Head, Kind, LoopDriver};
 use crate::host::{ChipPolicy, DecisionProgram, Deployment};
 use crate::net::{Network, builtin};
 use crate::policy::{Action, Observation, Policy};
-use crate::reference::{FloatPolicy, InputSpikes};
+use crate::reference::FloatPolicy;
 use crate::rng::{Streams, stream};
 use crate::world::World;
 use crate::world::arena::Arena;

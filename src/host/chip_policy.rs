@@ -3,11 +3,9 @@
 use hw_model::engine::SpikeRecord;
 use hw_model::{Engine, OpCounts};
 
-use crate::host::decode;
+use crate::coding::{InputSpikes, decode, encode};
 use crate::host::deployment::{DecisionProgram, Deployment};
-use crate::host::encode::encode;
 use crate::policy::{Action, Observation, Policy};
-use crate::reference::InputSpikes;
 use crate::rng::Streams;
 
 /// What the chip did since it was last asked.

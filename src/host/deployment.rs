@@ -10,11 +10,11 @@ use hw_model::{ChipSpec, CoreMap, CoreMapParts, MapError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
 use crate::compile::{CompileError, IntegerGraph, Policy, place};
 use crate::net::integer::IntegerNet;
 use crate::net::{Network, RateEncoder};
-use crate::reference::InputSpikes;
 
 const KIND: Kind = Kind {
     label: *b"SPIKELP\0",

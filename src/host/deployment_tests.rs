@@ -60,7 +60,8 @@ fn an_over_full_core_in_a_file_is_refused() {
 
 #[test]
 fn a_program_that_does_not_go_with_the_map_is_refused() {
-    let cases: [(fn(&mut DecisionProgram), &str); 6] = [
+    type Case = (fn(&mut DecisionProgram), &'static str);
+    let cases: [Case; 6] = [
         (|p| p.steps = 0, "0 of 18 steps"),
         (|p| p.input_port = 7, "input port has None lines"),
         (|p| p.bias_port = 9, "bias port has None lines"),

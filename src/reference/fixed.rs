@@ -6,9 +6,10 @@
 use hw_model::ChipSpec;
 use hw_model::compartment::{CompartmentParams, CompartmentState, Widths, update};
 
+use crate::coding::InputSpikes;
 use crate::compile::quantize::Quantized;
 use crate::net::Network;
-use crate::reference::{Decision, InputSpikes};
+use crate::reference::Decision;
 
 /// A quantized network.
 #[derive(Debug, Clone)]

@@ -1,10 +1,10 @@
 //! Algorithm 1 in 32-bit floats: plain loops, no matrix library, so that every machine computes
 //! the same bits.
 
-use crate::host::encode::encode;
+use crate::coding::{InputSpikes, decode, encode};
 use crate::net::{Layer, Network, RateEncoder};
 use crate::policy::{Action, Observation, Policy};
-use crate::reference::{Decision, InputSpikes};
+use crate::reference::Decision;
 use crate::rng::Streams;
 
 /// A network laid out for running.
@@ -116,6 +116,6 @@ impl Policy for FloatPolicy {
     fn act(&mut self, observation: &Observation, tick: u64) -> Action {
         let input = encode(&self.encoder, observation, self.network.steps, &self.streams, tick);
         let counts = self.network.decide(&input).output_counts;
-        crate::host::decode(&counts, self.network.steps)
+        decode(&counts, self.network.steps)
     }
 }

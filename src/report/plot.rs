@@ -7,6 +7,8 @@ use crate::report::results::{ArenaPicture, DriveResult, DriverResult};
 /// Pixels per metre of the largest picture side of 20 m.
 const SIDE_PX: f64 = 640.0;
 const MARGIN_PX: f64 = 34.0;
+/// Distance between drawn points of a trajectory.
+const STRIDE_MM: u32 = 120;
 
 /// Picture of every driver of a result, side by side.
 pub fn trajectories(result: &DriveResult) -> String {
@@ -129,10 +131,9 @@ impl Frame {
     }
 
     fn path(&self, svg: &mut String, points: &[[i32; 3]], colour: &str, width: f64, opacity: f64) {
-        let points: Vec<String> = points
-            .iter()
+        let points: Vec<String> = thinned(points)
             .map(|[x, y, _]| {
-                format!("{:.1},{:.1}", self.x(f64::from(*x) / 1e3), self.y(f64::from(*y) / 1e3))
+                format!("{:.1},{:.1}", self.x(f64::from(x) / 1e3), self.y(f64::from(y) / 1e3))
             })
             .collect();
         let _ = write!(
@@ -146,6 +147,17 @@ impl Frame {
         let (x, y) = (self.x(f64::from(x_mm) / 1e3), self.y(f64::from(y_mm) / 1e3));
         let _ = write!(svg, r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.2" fill="{colour}"/>"#);
     }
+}
+
+/// Points at least [`STRIDE_MM`] apart, and the last one.
+fn thinned(points: &[[i32; 3]]) -> impl Iterator<Item = [i32; 3]> + '_ {
+    let mut drawn: Option<[i32; 3]> = None;
+    let last = points.len().saturating_sub(1);
+    points.iter().enumerate().filter_map(move |(index, point)| {
+        let far =
+            drawn.is_none_or(|[x, y, _]| x.abs_diff(point[0]) + y.abs_diff(point[1]) >= STRIDE_MM);
+        (far || index == last).then(|| *drawn.insert(*point))
+    })
 }
 
 /// Text safe inside SVG and HTML.

@@ -2,12 +2,13 @@
 
 use hw_model::{ChipSpec, CoreMap, DenseEngine, EventEngine};
 use serde_json::Value;
+use spikeloop::coding::InputSpikes;
 use spikeloop::compile::graph::Source;
 use spikeloop::compile::quantize::quantize;
 use spikeloop::compile::{Policy, policy::POLICIES};
 use spikeloop::host::{ChipPolicy, Deployment};
 use spikeloop::net::{Network, builtin};
-use spikeloop::reference::{FixedNetwork, FloatNetwork, InputSpikes};
+use spikeloop::reference::{FixedNetwork, FloatNetwork};
 
 use crate::fixtures::{json, shared};
 

@@ -47,7 +47,7 @@ pub(super) struct CompileArgs {
     /// Built-in chip, or a chip file (.toml)
     #[arg(long, default_value = "loihi1", value_name = "NAME|FILE")]
     pub(super) chip: String,
-    /// Quantization policy: nearest, san, mixed, diffused, san-nearest
+    /// Quantization policy: nearest, fine, diffused, mixed, san, san-nearest
     #[arg(long, default_value = "nearest", value_name = "NAME")]
     pub(super) policy: String,
     /// Largest number of neurons of one layer on a core

@@ -1,5 +1,6 @@
 //! Integration tests, one binary.
 
+mod closed_loop;
 mod fixtures;
 mod golden;
 mod nets;

@@ -1,6 +1,7 @@
 //! Printing and writing, the same for every verb.
 
-use std::io::IsTerminal;
+use std::fmt::Display;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use clap::CommandFactory;
@@ -12,19 +13,45 @@ use crate::cli::{Args, Failure};
 /// Revision of the source that this binary was built from.
 pub(super) const REVISION: &str = env!("SPIKELOOP_REVISION");
 
+/// Prints a line, or several.
+///
+/// When nobody reads any more (`| head -1`) the work goes on in silence: there may be files to
+/// write. `println!` would panic there.
+pub(super) fn say(text: impl Display) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(format!("standard output: cannot write: {error}").into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints an error where the user sees it.
+pub(crate) fn complain(error: &Failure) {
+    // Nothing to do when standard error is closed as well: the exit code says it.
+    let _ = writeln!(std::io::stderr(), "error: {error}");
+}
+
 /// First line of every run: what is needed to repeat it.
-pub(super) fn print_header(seed: Option<u64>, maps: &[(String, String)]) {
+pub(super) fn header(seed: Option<u64>, maps: &[(String, String)]) -> String {
     let seed = seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
     let maps: Vec<String> = maps.iter().map(|(name, digest)| format!("{name} {digest}")).collect();
     let maps = if maps.is_empty() { "none".to_owned() } else { maps.join(", ") };
-    println!("seed {seed} | revision {REVISION} | core map {maps}");
+    format!("seed {seed} | revision {REVISION} | core map {maps}")
+}
+
+/// Errs now when any of the files could not be written at the end.
+pub(super) fn check_writable<'a>(
+    paths: impl IntoIterator<Item = &'a std::path::PathBuf>,
+) -> Result<(), Failure> {
+    paths.into_iter().try_for_each(|path| Ok(files::check_writable(path)?))
 }
 
 /// Writes a file whole or not at all, and says so.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     files::write_atomically(path, bytes)?;
-    println!("wrote {}", path.display());
-    Ok(())
+    say(format_args!("wrote {}", path.display()))
 }
 
 /// A bar with time left on a terminal; nothing where nobody looks.
@@ -43,6 +70,8 @@ pub(super) fn progress(total: u64, label: &str) -> ProgressBar {
 }
 
 /// Prints a completion script.
-pub(super) fn completions(shell: clap_complete::Shell) {
-    clap_complete::generate(shell, &mut Args::command(), "spikeloop", &mut std::io::stdout());
+pub(super) fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Args::command(), "spikeloop", &mut script);
+    say(String::from_utf8_lossy(&script).trim_end())
 }

@@ -62,7 +62,14 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
 ///
 /// Errors: as [`read_bytes`], or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    String::from_utf8(read_bytes(path)?).map_err(|e| FileError::NotText {
+    text_of(path, read_bytes(path)?)
+}
+
+/// Bytes of the file at `path` as text.
+///
+/// Errors: not UTF-8.
+pub fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, FileError> {
+    String::from_utf8(bytes).map_err(|e| FileError::NotText {
         file: path.display().to_string(),
         at: e.utf8_error().valid_up_to(),
     })

@@ -141,19 +141,25 @@ fn int_array(bytes: &[u8]) -> Result<IntArray, String> {
 /// Refuses headers that would take the array reader much memory or stack.
 fn check_header(bytes: &[u8]) -> Result<(), String> {
     let (start, len) = match *bytes {
-        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => (10, u16::from_le_bytes([a, b]).into()),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => {
+            (10, u16::from_le_bytes([a, b]).into())
+        }
         [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, _, a, b, c, d, ..] => {
             (12, u32::from_le_bytes([a, b, c, d]) as usize)
         }
         _ => return Err("is not a NumPy array; save it with numpy.savez".to_owned()),
     };
     if len > HEADER_BYTES_MAX {
-        return Err(format!("has a header of {len} bytes, limit {HEADER_BYTES_MAX} (HEADER_BYTES_MAX)"));
+        return Err(format!(
+            "has a header of {len} bytes, limit {HEADER_BYTES_MAX} (HEADER_BYTES_MAX)"
+        ));
     }
     let header = bytes.get(start..start + len).ok_or("is cut off within its header")?;
     let brackets = header.iter().filter(|byte| b"([{".contains(byte)).count();
     if brackets > BRACKETS_MAX {
-        return Err(format!("has {brackets} brackets in its header, limit {BRACKETS_MAX} (BRACKETS_MAX)"));
+        return Err(format!(
+            "has {brackets} brackets in its header, limit {BRACKETS_MAX} (BRACKETS_MAX)"
+        ));
     }
     Ok(())
 }

@@ -44,8 +44,11 @@ pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
 
 fn last_seed(seed: u64, repeats: u64) -> Result<u64, Failure> {
     seed.checked_add(repeats - 1).ok_or_else(|| {
-        format!("--seed {seed}, --repeats {repeats}: seeds end at {}; take a smaller seed", u64::MAX)
-            .into()
+        format!(
+            "--seed {seed}, --repeats {repeats}: seeds end at {}; take a smaller seed",
+            u64::MAX
+        )
+        .into()
     })
 }
 
@@ -215,7 +218,10 @@ pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
     say(costs)?;
     for driver in &result.drivers {
         if let Some(line) = driver.summary.chip.as_ref().and_then(overflow_line) {
-            say(format_args!("{}, seed {}: registers overflowed: {line}", driver.label, driver.seed))?;
+            say(format_args!(
+                "{}, seed {}: registers overflowed: {line}",
+                driver.label, driver.seed
+            ))?;
         }
     }
     Ok(())

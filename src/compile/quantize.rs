@@ -10,6 +10,7 @@ use hw_model::fixed::DECAY_UNIT;
 use crate::compile::error::CompileError;
 use crate::compile::graph::{GraphPopulation, IntegerGraph, Projection, Signs, Source};
 use crate::compile::policy::{Policy, Scale};
+use crate::net::network::RELAY_NAMES;
 use crate::net::{Layer, Network};
 
 /// Name of the port that takes the encoder's spikes.
@@ -19,6 +20,8 @@ pub const BIAS_PORT: &str = "bias";
 /// Relay neurons spike on every input: 120 > 100, as in SAN's `loihi_network`.
 const RELAY_WEIGHT: i16 = 120;
 const RELAY_THRESHOLD: u32 = 100;
+/// Largest power of two that multiplies bias mantissas: a larger bias lowers the layer's scale.
+const BIAS_EXPONENT_MAX: u32 = 7;
 
 /// A layer in integers.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +52,7 @@ pub fn quantize_layer(
         Scale::WeightsAndBias => (policy.mantissa_max() / weight_max.max(bias_max), 0),
         Scale::WeightsAlignedToThreshold => aligned_scale(layer, policy, weight_max, bias_max),
     };
-    if !scale.is_finite() {
+    if weight_max.max(bias_max) == 0.0 {
         return Err(CompileError::NoScale { layer: layer.name.clone() });
     }
     // SAN truncates; an aligned threshold is whole but for the last bit of the product.
@@ -88,12 +91,13 @@ fn scaled(values: &[f32], scale: f64) -> Vec<f64> {
 /// Largest scale at which the weights fit and the threshold is a whole mantissa, and the exponent
 /// that lets the bias fit beside it.
 fn aligned_scale(layer: &Layer, policy: &Policy, weight_max: f64, bias_max: f64) -> (f64, u32) {
-    let largest = policy.mantissa_max() / weight_max;
+    let bias_limit = |exponent: u32| policy.mantissa_max() * f64::from(1u32 << exponent);
+    let largest =
+        (policy.mantissa_max() / weight_max).min(bias_limit(BIAS_EXPONENT_MAX) / bias_max);
     let whole = (layer.threshold * largest).floor();
     let scale = if whole >= 1.0 { whole / layer.threshold } else { largest };
-    let fits =
-        |exponent: &u32| bias_max * scale <= policy.mantissa_max() * f64::from(1u32 << exponent);
-    (scale, (0..=7).find(fits).unwrap_or(7))
+    let fits = |exponent: &u32| bias_max * scale <= bias_limit(*exponent);
+    (scale, (0..BIAS_EXPONENT_MAX).find(fits).unwrap_or(BIAS_EXPONENT_MAX))
 }
 
 fn max_magnitude(values: &[f32]) -> f64 {
@@ -133,7 +137,8 @@ pub fn quantize(
         projections: Vec::new(),
     };
     let (mut source, bias_source) = if network.relay {
-        (add_relay(&mut graph, 0, "relay"), add_relay(&mut graph, 1, "bias_relay"))
+        let [inputs, biases] = RELAY_NAMES;
+        (add_relay(&mut graph, 0, inputs), add_relay(&mut graph, 1, biases))
     } else {
         (Source::Port(0), Source::Port(1))
     };

@@ -66,10 +66,10 @@ pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
                 per(updates(chip), n),
                 per(counter(chip, "updates_spiking"), n),
                 per(counter(chip, "messages"), n),
-                format!("{:.2}", cost.dynamic_fj as f64 / n / 1e9),
-                format!("{:.2}", cost.dynamic_windowed_fj as f64 / n / 1e9),
+                four_digits(cost.dynamic_fj as f64 / n / 1e9),
+                four_digits(cost.dynamic_windowed_fj as f64 / n / 1e9),
                 format!("{:.1}", cost.time_ps as f64 / n / 1e6),
-                format!("{:.2}", cost.static_fj as f64 / n / 1e9),
+                four_digits(cost.static_fj as f64 / n / 1e9),
             ]);
         }
     }
@@ -90,11 +90,13 @@ pub fn overflow_line(chip: &ChipResult) -> Option<String> {
 
 /// Synaptic operations of all forms.
 pub fn synaptic_ops(counters: &std::collections::BTreeMap<String, u64>) -> u64 {
-    counters.iter().filter(|(name, _)| name.starts_with("synaptic_ops")).map(|(_, n)| n).sum()
+    let of_synapses = counters.iter().filter(|(name, _)| name.starts_with("synaptic_ops"));
+    of_synapses.fold(0, |sum, (_, n)| sum.saturating_add(*n))
 }
 
 fn updates(chip: &ChipResult) -> u64 {
-    ["updates_inactive", "updates_active", "updates_spiking"].iter().map(|n| counter(chip, n)).sum()
+    let names = ["updates_inactive", "updates_active", "updates_spiking"];
+    names.iter().fold(0, |sum, name| sum.saturating_add(counter(chip, name)))
 }
 
 fn counter(chip: &ChipResult, name: &str) -> u64 {
@@ -105,12 +107,23 @@ fn per(count: u64, decisions: f64) -> String {
     format!("{:.0}", count as f64 / decisions)
 }
 
+/// A number with four digits that count, for small networks and large ones.
+pub fn four_digits(value: f64) -> String {
+    let magnitude = value.abs().max(1e-9).log10().floor();
+    format!("{value:.*}", (3.0 - magnitude).clamp(0.0, 9.0) as usize)
+}
+
+/// Columns of text beside the first one.
+const TEXT_COLUMNS: [&str; 2] = ["holds", "cost table"];
+
 /// A table without frills, numbers to the right.
 pub fn plain(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN).set_header(header.to_vec());
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
+    for (column, title) in table.column_iter_mut().zip(header).skip(1) {
+        if !TEXT_COLUMNS.contains(title) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
     }
     table
 }

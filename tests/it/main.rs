@@ -1,6 +1,9 @@
 //! Integration tests, one binary.
 
+mod bad_input;
+mod cli;
 mod fixtures;
+mod fuzz;
 mod golden;
 mod nets;
 mod san;

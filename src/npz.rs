@@ -128,10 +128,6 @@ fn int_array(bytes: &[u8]) -> Result<IntArray, String> {
     check_header(bytes)?;
     let npy = NpyFile::new(bytes).map_err(|e| e.to_string())?;
     let shape = npy.shape().to_vec();
-    let elements = shape.iter().try_fold(1u64, |n, extent| n.checked_mul(*extent));
-    if elements.is_none_or(|n| n > bytes.len() as u64) {
-        return Err(format!("shape {shape:?} is larger than the data"));
-    }
     if npy.order() != npyz::Order::C {
         return Err("is in Fortran order; save it with numpy.ascontiguousarray".to_owned());
     }
@@ -161,7 +157,31 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
             "has {brackets} brackets in its header, limit {BRACKETS_MAX} (BRACKETS_MAX)"
         ));
     }
-    Ok(())
+    match elements(&String::from_utf8_lossy(header)) {
+        None => {
+            Err("has a header without a shape that can be read; save it with numpy.savez"
+                .to_owned())
+        }
+        Some(elements) if elements > bytes.len() as u64 => Err(format!(
+            "has a shape of {elements} elements or more, which is larger than the data"
+        )),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Product of the extents above 0 of the one shape in a header, at most `u64::MAX`: the array
+/// reader multiplies without looking.
+fn elements(header: &str) -> Option<u64> {
+    let (before, after) = header.split_once("shape")?;
+    if before.contains('\\') || after.contains('\\') || after.contains("shape") {
+        return None;
+    }
+    let after = after.trim_start_matches(['\'', '"']).trim_start().strip_prefix(':')?;
+    let (extents, _) = after.trim_start().strip_prefix('(')?.split_once(')')?;
+    let extents = extents.split(',').map(str::trim).filter(|extent| !extent.is_empty());
+    extents
+        .map(|extent| extent.parse::<u64>().ok())
+        .try_fold(1u64, |product, extent| Some(product.saturating_mul(extent?.max(1))))
 }
 
 fn ints_of(npy: NpyFile<&[u8]>) -> Result<Vec<i64>, String> {

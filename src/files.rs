@@ -11,9 +11,6 @@ use thiserror::Error;
 /// Largest text or weights file that is read.
 pub const FILE_BYTES_MAX: u64 = 1 << 30;
 
-/// First bytes of a core map file.
-pub const MAP_LABEL: [u8; 8] = *b"SPIKELP\0";
-
 /// A file that cannot be read.
 #[derive(Debug, Error)]
 pub enum FileError {

@@ -1,4 +1,4 @@
-//! spikeloop: see ARCHITECTURE.md.
+#![doc = include_str!("ARCHITECTURE.md")]
 
 pub mod closed_loop;
 pub mod coding;

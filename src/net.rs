@@ -13,7 +13,10 @@ pub use network::{Layer, Network};
 
 use std::path::Path;
 
-use crate::files::{self, MAP_LABEL};
+use crate::files;
+
+/// First bytes of a core map file, to tell one from a network.
+pub const MAP_LABEL: [u8; 8] = *b"SPIKELP\0";
 
 /// The text of a network file.
 fn text_of(path: &Path) -> Result<String, NetError> {

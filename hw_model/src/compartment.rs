@@ -31,12 +31,12 @@ pub struct CompartmentParams {
 /// Widths of the registers, resolved for execution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Widths {
-    accumulator_bits: u32,
-    accumulator_overflow: Overflow,
-    current_bits: u32,
-    current_overflow: Overflow,
-    current_plus_bias_overflow: Overflow,
-    voltage_bits: u32,
+    pub(crate) accumulator_bits: u32,
+    pub(crate) accumulator_overflow: Overflow,
+    pub(crate) current_bits: u32,
+    pub(crate) current_overflow: Overflow,
+    pub(crate) current_plus_bias_overflow: Overflow,
+    pub(crate) voltage_bits: u32,
 }
 
 impl Widths {

@@ -16,6 +16,7 @@ use crate::id::{CompartmentIdx, CoreId};
 mod barrier;
 mod dense;
 mod event;
+mod lanes;
 mod plan;
 mod record;
 mod stimulus;

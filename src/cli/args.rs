@@ -59,7 +59,7 @@ pub(super) struct CompileArgs {
     /// Built-in chip, or a chip file (.toml)
     #[arg(long, default_value = "loihi1", value_name = "NAME|FILE")]
     pub(super) chip: String,
-    /// Quantization policy: nearest (the default), san, mixed, diffused, san-nearest
+    /// Quantization policy: nearest (the default), fine, diffused, mixed, san, san-nearest
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
     /// Largest number of neurons of one layer on a core

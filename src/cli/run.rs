@@ -11,7 +11,7 @@ use hw_model::{CoreMap, DenseEngine, Engine, EventEngine};
 use serde_json::json;
 use spikeloop::host::Deployment;
 use spikeloop::npz::{self, Npz};
-use spikeloop::report::tables::{four_digits, plain};
+use spikeloop::report::tables::{micro, plain};
 
 use crate::cli::args::{EngineArg, RunArgs, STEPS_MAX};
 use crate::cli::output::{self, REVISION, check_writable, header, progress, say};
@@ -186,9 +186,9 @@ fn print_result(
     for (table, time_ps) in chip.cost_tables.iter().zip(engine.chip_time_ps()) {
         costs.add_row([
             table.name.clone(),
-            four_digits(table.energy(&counts).total_fj() as f64 / 1e9),
+            micro(table.energy(&counts).total_fj(), 1.0),
             format!("{:.1}", *time_ps as f64 / 1e6),
-            four_digits(chip.static_power.chip_mw * *time_ps as f64 / 1e9),
+            micro((chip.static_power.chip_mw * *time_ps as f64) as u64, 1.0),
         ]);
     }
     say(costs)?;

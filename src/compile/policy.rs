@@ -37,16 +37,21 @@ pub struct Policy {
     pub rounding: Rounding,
     /// What sets the scale of a layer.
     pub scale: Scale,
+    /// Whether a layer takes the largest weight exponent at which none of its registers can
+    /// overflow; 0 otherwise. A larger exponent makes chip units finer beside the weights, so that
+    /// thresholds and decays are cut less.
+    pub largest_exponent: bool,
 }
 
 /// All policies.
-pub const POLICIES: [Policy; 5] = [
+pub const POLICIES: [Policy; 6] = [
     Policy {
         name: "nearest",
         about: "split signs, nearest, scale from the weights and aligned to the threshold",
         split_signs: true,
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAlignedToThreshold,
+        largest_exponent: false,
     },
     Policy {
         name: "san",
@@ -54,6 +59,7 @@ pub const POLICIES: [Policy; 5] = [
         split_signs: true,
         rounding: Rounding::TowardZero,
         scale: Scale::WeightsAndBias,
+        largest_exponent: false,
     },
     Policy {
         name: "mixed",
@@ -61,6 +67,15 @@ pub const POLICIES: [Policy; 5] = [
         split_signs: false,
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAlignedToThreshold,
+        largest_exponent: false,
+    },
+    Policy {
+        name: "fine",
+        about: "as nearest, with the largest weight exponent at which nothing can overflow",
+        split_signs: true,
+        rounding: Rounding::Nearest,
+        scale: Scale::WeightsAlignedToThreshold,
+        largest_exponent: true,
     },
     Policy {
         name: "diffused",
@@ -68,6 +83,7 @@ pub const POLICIES: [Policy; 5] = [
         split_signs: true,
         rounding: Rounding::Diffused,
         scale: Scale::WeightsAlignedToThreshold,
+        largest_exponent: false,
     },
     Policy {
         name: "san-nearest",
@@ -75,6 +91,7 @@ pub const POLICIES: [Policy; 5] = [
         split_signs: true,
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAndBias,
+        largest_exponent: false,
     },
 ];
 

@@ -20,14 +20,17 @@ pub const BIAS_PORT: &str = "bias";
 /// Relay neurons spike on every input: 120 > 100, as in SAN's `loihi_network`.
 const RELAY_WEIGHT: i16 = 120;
 const RELAY_THRESHOLD: u32 = 100;
-/// Largest power of two that multiplies bias mantissas: a larger bias lowers the layer's scale.
-const BIAS_EXPONENT_MAX: u32 = 7;
+/// Largest power of two by which a bias mantissa stands for more than a weight's: a larger bias
+/// lowers the layer's scale.
+const BIAS_SHIFT_MAX: u32 = 7;
 
 /// A layer in integers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuantizedLayer {
     /// Mantissas per unit of the float weights.
     pub scale: f64,
+    /// Power of two that multiplies the weight mantissas.
+    pub exponent: i8,
     /// Threshold in units of 64.
     pub threshold_mantissa: u32,
     /// Weights, row-major like [`Layer::weights`].
@@ -46,40 +49,93 @@ pub fn quantize_layer(
     policy: &Policy,
     chip: &ChipSpec,
 ) -> Result<QuantizedLayer, CompileError> {
-    let weight_max = max_magnitude(&layer.weights);
-    let bias_max = max_magnitude(&layer.bias);
-    let (scale, bias_exponent) = match policy.scale {
-        Scale::WeightsAndBias => (policy.mantissa_max() / weight_max.max(bias_max), 0),
-        Scale::WeightsAlignedToThreshold => aligned_scale(layer, policy, weight_max, bias_max),
-    };
-    if weight_max.max(bias_max) == 0.0 {
+    if max_magnitude(&layer.weights).max(max_magnitude(&layer.bias)) == 0.0 {
         return Err(CompileError::NoScale { layer: layer.name.clone() });
     }
-    // SAN truncates; an aligned threshold is whole but for the last bit of the product.
-    let mantissa = (layer.threshold * scale + 1e-9).floor() as i64;
-    let limit = chip.arithmetic.threshold_mantissa_max();
-    let threshold_mantissa = u32::try_from(mantissa).ok().filter(|m| (1..=limit).contains(m));
-    let Some(threshold_mantissa) = threshold_mantissa else {
-        let (layer, threshold) = (layer.name.clone(), layer.threshold);
-        let advice = if mantissa < 1 {
-            "the threshold is too small beside the weights: train it to stay above 0, or prune the largest weights"
-        } else {
-            "the threshold is too large beside the weights: the layer can hardly fire"
-        };
-        return Err(CompileError::Threshold { layer, threshold, mantissa, limit, advice });
+    let mut best = with_exponent(layer, policy, chip, 0)?;
+    let top = if policy.largest_exponent { chip.arithmetic.weight_exponent_max } else { 0 };
+    for exponent in 1..=top {
+        match with_exponent(layer, policy, chip, exponent) {
+            Ok(finer) if finer.bias_exponent <= top && !finer.can_overflow(layer, chip) => {
+                best = finer
+            }
+            _ => break,
+        }
+    }
+    Ok(best)
+}
+
+/// The layer with a given weight exponent.
+fn with_exponent(
+    layer: &Layer,
+    policy: &Policy,
+    chip: &ChipSpec,
+    exponent: i8,
+) -> Result<QuantizedLayer, CompileError> {
+    let unit = f64::from(1u32 << exponent);
+    let (scale, bias_shift) = match policy.scale {
+        Scale::WeightsAndBias => {
+            let largest = max_magnitude(&layer.weights).max(max_magnitude(&layer.bias));
+            (policy.mantissa_max() / largest, 0)
+        }
+        Scale::WeightsAlignedToThreshold => aligned_scale(layer, policy, unit),
     };
-    let bias_scale = scale / f64::from(1u32 << bias_exponent);
+    let bias_scale = scale / f64::from(1u32 << bias_shift);
     Ok(QuantizedLayer {
         scale,
-        threshold_mantissa,
+        exponent,
+        threshold_mantissa: threshold_mantissa(layer, scale * unit, chip)?,
         weights: layer
             .weights
             .chunks(layer.inputs)
             .flat_map(|row| policy.round_row(&scaled(row, scale)))
             .collect(),
         bias: scaled(&layer.bias, bias_scale).iter().map(|b| policy.round(*b)).collect(),
-        bias_exponent: bias_exponent as i8,
+        bias_exponent: exponent + bias_shift as i8,
     })
+}
+
+/// The threshold in units of 64.
+fn threshold_mantissa(layer: &Layer, scale: f64, chip: &ChipSpec) -> Result<u32, CompileError> {
+    // SAN truncates; an aligned threshold is whole but for the last bit of the product.
+    let mantissa = (layer.threshold * scale + 1e-9).floor() as i64;
+    let limit = chip.arithmetic.threshold_mantissa_max();
+    let fits = u32::try_from(mantissa).ok().filter(|m| (1..=limit).contains(m));
+    fits.ok_or_else(|| {
+        let (layer, threshold) = (layer.name.clone(), layer.threshold);
+        let advice = if mantissa < 1 {
+            "the threshold is too small beside the weights: train it to stay above 0, or prune the largest weights"
+        } else {
+            "the threshold is too large beside the weights: the layer can hardly fire"
+        };
+        CompileError::Threshold { layer, threshold, mantissa, limit, advice }
+    })
+}
+
+impl QuantizedLayer {
+    /// Whether any register can overflow in the worst case: all inputs of one sign of a neuron
+    /// spike in every step.
+    fn can_overflow(&self, layer: &Layer, chip: &ChipSpec) -> bool {
+        let a = &chip.arithmetic;
+        let step = 64.0 * f64::from(1u32 << self.exponent);
+        let bias_step = 64.0 * f64::from(1u32 << self.bias_exponent);
+        let rows = self.weights.chunks(layer.inputs).zip(&self.bias);
+        let worst = rows
+            .map(|(row, bias)| {
+                let bias = f64::from(*bias) * bias_step;
+                let sum = |sign: f64| -> f64 {
+                    let signed = row.iter().map(|w| (f64::from(*w) * step * sign).max(0.0));
+                    signed.sum::<f64>() + (bias * sign).max(0.0)
+                };
+                sum(1.0).max(sum(-1.0))
+            })
+            .fold(0.0, f64::max);
+        let settled = |keep: f64| if keep < 1.0 { 1.0 / (1.0 - keep) } else { f64::INFINITY };
+        let current = worst * settled(layer.keep_current);
+        worst >= f64::from(1u32 << a.accumulator_bits)
+            || current >= f64::from(1u32 << a.current_bits)
+            || current * settled(layer.keep_voltage) >= f64::from(1u32 << a.voltage_bits)
+    }
 }
 
 /// Products in 32 bit, as SAN's `loihi_network` makes them: in 64 bit its largest bias of layer 2
@@ -88,16 +144,18 @@ fn scaled(values: &[f32], scale: f64) -> Vec<f64> {
     values.iter().map(|value| f64::from(value * scale as f32)).collect()
 }
 
-/// Largest scale at which the weights fit and the threshold is a whole mantissa, and the exponent
-/// that lets the bias fit beside it.
-fn aligned_scale(layer: &Layer, policy: &Policy, weight_max: f64, bias_max: f64) -> (f64, u32) {
-    let bias_limit = |exponent: u32| policy.mantissa_max() * f64::from(1u32 << exponent);
-    let largest =
-        (policy.mantissa_max() / weight_max).min(bias_limit(BIAS_EXPONENT_MAX) / bias_max);
-    let whole = (layer.threshold * largest).floor();
-    let scale = if whole >= 1.0 { whole / layer.threshold } else { largest };
-    let fits = |exponent: &u32| bias_max * scale <= bias_limit(*exponent);
-    (scale, (0..BIAS_EXPONENT_MAX).find(fits).unwrap_or(BIAS_EXPONENT_MAX))
+/// Largest scale at which the weights fit and the threshold is whole in steps of 1 / `unit`, and
+/// the shift that lets the bias fit beside the weights.
+fn aligned_scale(layer: &Layer, policy: &Policy, unit: f64) -> (f64, u32) {
+    let (weight_max, bias_max) = (max_magnitude(&layer.weights), max_magnitude(&layer.bias));
+    // A layer without weights is scaled by its bias.
+    let largest = policy.mantissa_max() / if weight_max > 0.0 { weight_max } else { bias_max };
+    let bias_limit = |shift: u32| policy.mantissa_max() * f64::from(1u32 << shift);
+    let largest = largest.min(bias_limit(BIAS_SHIFT_MAX) / bias_max);
+    let whole = (layer.threshold * largest * unit).floor();
+    let scale = if whole >= 1.0 { whole / unit / layer.threshold } else { largest };
+    let fits = |shift: &u32| bias_max * scale <= bias_limit(*shift);
+    (scale, (0..BIAS_SHIFT_MAX).find(fits).unwrap_or(BIAS_SHIFT_MAX))
 }
 
 fn max_magnitude(values: &[f32]) -> f64 {
@@ -152,7 +210,7 @@ pub fn quantize(
             target,
             mantissas: transposed(&quantized.weights, layer.neurons, layer.inputs),
             signs,
-            exponent: 0,
+            exponent: quantized.exponent,
         });
         graph.projections.push(Projection {
             source: bias_source,

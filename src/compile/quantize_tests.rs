@@ -79,7 +79,7 @@ fn a_layer_of_zeros_has_no_scale() {
 fn an_unknown_policy_lists_what_there_is() {
     assert_eq!(
         Policy::named("best").unwrap_err().to_string(),
-        "policy best: no such policy (there is: nearest, san, mixed, diffused, san-nearest)"
+        "policy best: no such policy (there is: nearest, san, mixed, fine, diffused, san-nearest)"
     );
 }
 

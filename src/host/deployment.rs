@@ -13,12 +13,11 @@ use thiserror::Error;
 use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
 use crate::compile::{CompileError, IntegerGraph, Policy, place};
-use crate::files;
 use crate::net::integer::IntegerNet;
-use crate::net::{Network, RateEncoder};
+use crate::net::{MAP_LABEL, Network, RateEncoder};
 
 const KIND: Kind = Kind {
-    label: files::MAP_LABEL,
+    label: MAP_LABEL,
     version: 1,
     advice: "compile the network again with `spikeloop compile`",
 };
@@ -161,7 +160,7 @@ impl Deployment {
     ///
     /// Errors: what the operating system says.
     pub fn write(&self, path: &Path) -> Result<(), ContainerError> {
-        files::write_atomically(path, &self.to_bytes())
+        container::write_atomically(path, &self.to_bytes())
     }
 
     /// Reads a file and checks everything in it.

@@ -42,7 +42,7 @@ impl FixedNetwork {
                         1,
                     ),
                     inputs: layer.inputs,
-                    weights: q.weights.iter().map(|m| 64 * i64::from(*m)).collect(),
+                    weights: q.weights.iter().map(|m| 64 * (i64::from(*m) << q.exponent)).collect(),
                     bias: q.bias.iter().map(|m| 64 * (i64::from(*m) << q.bias_exponent)).collect(),
                 }
             };

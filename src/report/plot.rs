@@ -57,7 +57,7 @@ impl Frame {
         let s = &driver.summary;
         let _ = write!(
             svg,
-            r#"<text x="{:.0}" y="20">{}, seed {}: {} of {} reached the goal</text>"#,
+            r#"<text x="{:.0}" y="20">{}, seed {}: {} of {} reached the goal (start blue, goal red, failure x)</text>"#,
             self.left + MARGIN_PX,
             escape(&driver.label),
             driver.seed,

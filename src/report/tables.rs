@@ -49,7 +49,7 @@ pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
         "dynamic (uJ)",
         "in windows (uJ)",
         "chip time (us)",
-        "static (uJ)",
+        "static, whole chip (uJ)",
     ]);
     let mut any = false;
     for driver in drivers {
@@ -66,10 +66,10 @@ pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
                 per(updates(chip), n),
                 per(counter(chip, "updates_spiking"), n),
                 per(counter(chip, "messages"), n),
-                four_digits(cost.dynamic_fj as f64 / n / 1e9),
-                four_digits(cost.dynamic_windowed_fj as f64 / n / 1e9),
+                micro(cost.dynamic_fj, n),
+                micro(cost.dynamic_windowed_fj, n),
                 format!("{:.1}", cost.time_ps as f64 / n / 1e6),
-                four_digits(cost.static_fj as f64 / n / 1e9),
+                micro(cost.static_fj, n),
             ]);
         }
     }
@@ -107,10 +107,11 @@ fn per(count: u64, decisions: f64) -> String {
     format!("{:.0}", count as f64 / decisions)
 }
 
-/// A number with four digits that count, for small networks and large ones.
-pub fn four_digits(value: f64) -> String {
-    let magnitude = value.abs().max(1e-9).log10().floor();
-    format!("{value:.*}", (3.0 - magnitude).clamp(0.0, 9.0) as usize)
+/// Femtojoules per decision as microjoules, with three digits that say something.
+pub fn micro(fj: u64, decisions: f64) -> String {
+    let uj = fj as f64 / decisions / 1e9;
+    let decimals = if uj >= 1.0 { 2 } else { 5 };
+    format!("{uj:.decimals$}")
 }
 
 /// Columns of text beside the first one.

@@ -9,6 +9,7 @@ use spikeloop::compile::{Policy, policy::POLICIES};
 use spikeloop::host::{ChipPolicy, Deployment};
 use spikeloop::net::{Network, builtin};
 use spikeloop::reference::{FixedNetwork, FloatNetwork};
+use spikeloop::rng::{Streams, stream};
 
 use crate::fixtures::{json, shared};
 
@@ -178,4 +179,38 @@ fn chip_agrees_with_float_as_often_as_published_arithmetic_allows() {
             assert!(difference <= 13, "mean difference {}", f64::from(difference) / 100.0);
         }
     }
+}
+
+/// The golden cases' states with fresh random draws: enough decisions to tell policies apart.
+#[test]
+fn rounding_to_nearest_agrees_with_float_more_often_than_the_published_scaling() {
+    const DRAWS: u64 = 20;
+    let (Some(network), Some(file)) = (san(), shared("san/san_io_golden.json")) else { return };
+    let golden = json(&file);
+    let mut inputs: Vec<InputSpikes> = Vec::new();
+    for (index, case) in golden["cases"].as_array().unwrap().iter().enumerate() {
+        let p: Vec<f64> =
+            case["prob24"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        let mut draw = Streams::new(1, index as u64).at(stream::ENCODER_SPIKES, 0);
+        let mut step = || p.iter().map(|p| draw.bernoulli(*p)).collect::<Vec<bool>>();
+        inputs.extend((0..DRAWS).map(|_| (0..network.steps).map(|_| step()).collect()));
+    }
+    let mut float = FloatNetwork::new(&network);
+    let expected: Vec<_> = inputs.iter().map(|input| float.decide(input).output_counts).collect();
+    let mut agreement = std::collections::BTreeMap::new();
+    for policy in POLICIES {
+        let quantized = quantize(&network, &policy, &ChipSpec::loihi1()).unwrap();
+        let fixed = FixedNetwork::new(&network, &quantized, &ChipSpec::loihi1());
+        let counts = inputs.iter().map(|input| fixed.decide(input).output_counts);
+        let (mut equal, mut difference) = (0, 0);
+        for (got, expected) in counts.zip(&expected) {
+            equal += u32::from(got == *expected);
+            difference += got.iter().zip(expected).map(|(a, b)| a.abs_diff(*b)).sum::<u32>();
+        }
+        let mean = f64::from(difference) / (2 * inputs.len()) as f64;
+        println!("{}: {equal} of {} equal, mean difference {mean:.4}", policy.name, inputs.len());
+        agreement.insert(policy.name, (equal, difference));
+    }
+    assert!(agreement["nearest"].0 > agreement["san"].0, "{agreement:?}");
+    assert!(agreement["nearest"].1 < agreement["san"].1, "{agreement:?}");
 }

@@ -9,9 +9,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::barrier::StepBarrier;
-use super::plan::{CorePlan, Plan, RowShape};
+use super::lanes::{self, BLOCK, BlockCounts, Lanes, update_block};
+use super::plan::{CorePlan, Plan, RowShape, SendCost};
 use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps};
-use crate::compartment::{CompartmentState, Widths, update};
+use crate::compartment::{CompartmentState, Widths};
 use crate::core_map::CoreMap;
 use crate::cost::CostTable;
 use crate::counters::OpCounts;
@@ -35,7 +36,9 @@ pub struct EventEngine {
 /// Mutable part of one core.
 #[derive(Debug, Clone)]
 struct CoreRun {
-    state: Vec<CompartmentState>,
+    current: Vec<i32>,
+    voltage: Vec<i32>,
+    refractory: Vec<u8>,
     /// Sum of the effective weights in units of 64.
     accumulators: Vec<i32>,
     /// Whether any compartment may change without input.
@@ -80,12 +83,7 @@ impl EventEngine {
     /// The same on `threads` threads (at least one, at most one per core).
     pub fn with_threads(map: Arc<CoreMap>, threads: usize) -> Self {
         let plan = Arc::new(Plan::new(&map));
-        let core = |core: &CorePlan| CoreRun {
-            state: vec![CompartmentState::default(); core.params.len()],
-            accumulators: vec![0; core.params.len()],
-            awake: true,
-            counts: OpCounts::default(),
-        };
+        let core = |core: &CorePlan| CoreRun::new(core.sends.len());
         let barriers_ps = barriers_ps(&map);
         Self {
             widths: Widths::new(&map.chip().arithmetic),
@@ -103,12 +101,7 @@ impl EventEngine {
 
     /// A second engine on the same map at step 0; weights and routing are shared.
     pub fn fresh(&self) -> Self {
-        let mut cores = self.cores.clone();
-        for core in &mut cores {
-            core.state.fill(CompartmentState::default());
-            core.accumulators.fill(0);
-            (core.awake, core.counts) = (true, OpCounts::default());
-        }
+        let cores = self.cores.iter().map(|core| CoreRun::new(core.current.len())).collect();
         Self {
             map: Arc::clone(&self.map),
             plan: Arc::clone(&self.plan),
@@ -132,6 +125,8 @@ struct Run<'a> {
     plan: &'a Plan,
     tables: &'a [CostTable],
     widths: Widths,
+    /// Whether the vector path computes the same for these widths.
+    fast: bool,
     spikes: &'a [SpikeSets; 2],
     stimulus: &'a Stimulus,
     barrier: StepBarrier,
@@ -166,6 +161,7 @@ impl Run<'_> {
                 core.update_compartments(
                     plan,
                     &self.widths,
+                    self.fast,
                     delivered,
                     &under_way.sources[core_id],
                 );
@@ -202,6 +198,17 @@ impl Run<'_> {
 }
 
 impl CoreRun {
+    fn new(compartments: usize) -> Self {
+        Self {
+            current: vec![0; compartments],
+            voltage: vec![0; compartments],
+            refractory: vec![0; compartments],
+            accumulators: vec![0; compartments],
+            awake: true,
+            counts: OpCounts::default(),
+        }
+    }
+
     /// Adds the weights of all spikes that arrive; true when there were any.
     fn deliver_spikes(&mut self, plan: &CorePlan, before: &SpikeSets) -> bool {
         let deliveries = self.counts.axon_deliveries;
@@ -246,50 +253,72 @@ impl CoreRun {
         &mut self,
         plan: &CorePlan,
         widths: &Widths,
+        fast: bool,
         delivered: bool,
         spikes: &[AtomicU64],
     ) {
+        spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
         if !delivered && !self.awake {
-            self.counts.updates_inactive += self.state.len() as u64;
-            spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
+            self.counts.updates_inactive += self.current.len() as u64;
             return;
         }
-        self.awake = false;
-        for (word_idx, word) in spikes.iter().enumerate() {
-            let start = word_idx * 64;
-            let end = (start + 64).min(self.state.len());
-            let bits = (start..end).fold(0, |bits, compartment| {
-                let spike = self.update_compartment(plan, widths, compartment);
-                bits | (u64::from(spike) << (compartment - start))
-            });
-            word.store(bits, Ordering::Relaxed);
+        let mut block_counts = BlockCounts::default();
+        let mut spiking = 0;
+        for block in &plan.blocks {
+            let range = block.start..block.start + block.len;
+            let lanes = Lanes {
+                accumulators: &mut self.accumulators[range.clone()],
+                current: &mut self.current[range.clone()],
+                voltage: &mut self.voltage[range.clone()],
+                refractory: &mut self.refractory[range],
+            };
+            let bits = update_block(&block.params, widths, fast, lanes, &mut block_counts);
+            if bits != 0 {
+                spikes[block.start / BLOCK]
+                    .fetch_or(bits << (block.start % BLOCK), Ordering::Relaxed);
+                spiking += bits.count_ones();
+                self.count_messages(&plan.sends[block.start..], bits);
+            }
+        }
+        self.awake = block_counts.awake;
+        self.count_updates(&block_counts, spiking);
+    }
+
+    fn count_updates(&mut self, block: &BlockCounts, spiking: u32) {
+        let counts = &mut self.counts;
+        counts.updates_spiking += u64::from(spiking);
+        counts.updates_inactive += u64::from(block.inactive);
+        counts.updates_active += self.current.len() as u64 - u64::from(spiking + block.inactive);
+        counts.accumulator_overflows += u64::from(block.accumulator_overflows);
+        counts.current_overflows += u64::from(block.current_overflows);
+        counts.bias_sum_overflows += u64::from(block.bias_sum_overflows);
+        counts.voltage_clips += u64::from(block.voltage_clips);
+    }
+
+    fn count_messages(&mut self, sends: &[SendCost], mut bits: u64) {
+        while bits != 0 {
+            let cost = sends[bits.trailing_zeros() as usize];
+            self.counts.messages += u64::from(cost.messages);
+            self.counts.messages_within_tile += u64::from(cost.within_tile);
+            self.counts.hops_east_west += u64::from(cost.east_west);
+            self.counts.hops_north_south += u64::from(cost.north_south);
+            bits &= bits - 1;
         }
     }
 
-    #[inline]
-    fn update_compartment(&mut self, plan: &CorePlan, widths: &Widths, compartment: usize) -> bool {
-        let input = 64 * i64::from(std::mem::take(&mut self.accumulators[compartment]));
-        let params = &plan.params[compartment];
-        let done = update(params, widths, self.state[compartment], input);
-        self.state[compartment] = done.state;
-        self.awake |= done.state != CompartmentState::default() || params.bias != 0;
-        let counts = &mut self.counts;
-        counts.accumulator_overflows += u64::from(done.accumulator_overflowed);
-        counts.current_overflows += u64::from(done.current_overflowed);
-        counts.bias_sum_overflows += u64::from(done.bias_sum_overflowed);
-        counts.voltage_clips += u64::from(done.voltage_clipped);
-        if done.spike {
-            let cost = plan.sends[compartment];
-            counts.updates_spiking += 1;
-            counts.messages += u64::from(cost.messages);
-            counts.messages_within_tile += u64::from(cost.within_tile);
-            counts.hops_east_west += u64::from(cost.east_west);
-            counts.hops_north_south += u64::from(cost.north_south);
-        } else {
-            counts.updates_inactive += u64::from(done.inactive);
-            counts.updates_active += u64::from(!done.inactive);
+    fn state(&self, compartment: usize) -> CompartmentState {
+        CompartmentState {
+            current: self.current[compartment],
+            voltage: self.voltage[compartment],
+            refractory_left: self.refractory[compartment],
         }
-        done.spike
+    }
+
+    fn clear(&mut self) {
+        self.current.fill(0);
+        self.voltage.fill(0);
+        self.refractory.fill(0);
+        self.awake = true;
     }
 }
 
@@ -309,6 +338,7 @@ impl Engine for EventEngine {
             plan: &self.plan,
             tables: &self.map.chip().cost_tables,
             widths: self.widths,
+            fast: lanes::fits(&self.widths),
             spikes: &self.spikes,
             stimulus,
             barrier: StepBarrier::new(workers),
@@ -337,7 +367,7 @@ impl Engine for EventEngine {
     }
 
     fn state(&self, core: CoreId, compartment: CompartmentIdx) -> CompartmentState {
-        self.cores[core.index()].state[compartment.index()]
+        self.cores[core.index()].state(compartment.index())
     }
 
     fn core_counts(&self) -> Vec<OpCounts> {
@@ -354,9 +384,8 @@ impl Engine for EventEngine {
 
     fn reset(&mut self) {
         for core in &mut self.cores {
-            self.chip_counts.host_resets += core.state.len() as u64;
-            core.state.fill(CompartmentState::default());
-            core.awake = true;
+            self.chip_counts.host_resets += core.current.len() as u64;
+            core.clear();
         }
         self.spikes.iter().for_each(SpikeSets::clear);
     }

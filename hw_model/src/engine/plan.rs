@@ -2,6 +2,7 @@
 //! come from.
 
 use super::dense::shared_lists;
+use super::lanes::BLOCK;
 use crate::compartment::CompartmentParams;
 use crate::core_map::{Core, CoreMap};
 use crate::synapse::SynapseForm;
@@ -22,7 +23,8 @@ pub(super) struct Plan {
 /// What one core needs to run.
 #[derive(Debug)]
 pub(super) struct CorePlan {
-    pub(super) params: Vec<CompartmentParams>,
+    /// Compartments that are updated together, in order.
+    pub(super) blocks: Vec<Block>,
     pub(super) rows: Vec<Row>,
     /// All weights of all rows, in units of 64.
     pub(super) weights: Vec<i16>,
@@ -33,6 +35,14 @@ pub(super) struct CorePlan {
     pub(super) links: Vec<Link>,
     /// What a spike of each compartment costs to send.
     pub(super) sends: Vec<SendCost>,
+}
+
+/// Compartments of equal parameters within one word of spikes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    pub(super) params: CompartmentParams,
+    pub(super) start: usize,
+    pub(super) len: usize,
 }
 
 /// One synapse list, ready to be added to the accumulators.
@@ -101,7 +111,7 @@ impl Plan {
 impl CorePlan {
     fn new(map: &CoreMap, id: usize, core: &Core, links: Vec<Link>) -> Self {
         let mut plan = Self {
-            params: core.params(&map.chip().arithmetic),
+            blocks: blocks(map, core),
             rows: Vec::with_capacity(core.lists.len()),
             weights: Vec::new(),
             targets: Vec::new(),
@@ -156,6 +166,22 @@ impl CorePlan {
         self.weights.extend(synapses.iter().map(|(_, weight)| *weight as i16));
         RowShape::Sparse { targets_at }
     }
+}
+
+/// Groups cut where a word of spikes ends.
+fn blocks(map: &CoreMap, core: &Core) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let mut start = 0;
+    for group in &core.groups {
+        let params = group.params(&map.chip().arithmetic);
+        let end = start + usize::from(group.len);
+        while start < end {
+            let len = (BLOCK - start % BLOCK).min(end - start);
+            blocks.push(Block { params, start, len });
+            start += len;
+        }
+    }
+    blocks
 }
 
 fn send_costs(map: &CoreMap, id: usize, core: &Core) -> Vec<SendCost> {

@@ -1,0 +1,156 @@
+//! Speed of the main steps: compile, one decision, a thousand chip steps, one closed-loop trial.
+//!
+//! The network has the shape and roughly the spike rates of SAN (24-256-256-256-2, T = 5), with
+//! random weights from a fixed stream, so that the benches need no file. Machines are noisy:
+//! compare ratios within one run.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use hw_model::engine::{Engine, SpikeRecord, Stimulus};
+use hw_model::{ChipSpec, DenseEngine, EventEngine};
+use spikeloop::closed_loop::TrialConfig;
+use spikeloop::coding::InputSpikes;
+use spikeloop::compile::Policy;
+use spikeloop::evaluate::{Driver, EngineKind, fly};
+use spikeloop::host::{ChipPolicy, Deployment};
+use spikeloop::net::{Layer, Network, builtin};
+use spikeloop::reference::FloatNetwork;
+use spikeloop::rng::{Streams, stream};
+use spikeloop::world::World;
+use spikeloop::world::arena::Arena;
+use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
+
+/// Shape of SAN with random weights.
+fn san_shaped() -> Network {
+    let mut draw = Streams::new(1, 0).at(stream::STIMULUS, 0);
+    let sizes = [24, 256, 256, 256, 2];
+    let layers = sizes.windows(2).enumerate().map(|(index, size)| {
+        let (inputs, neurons) = (size[0], size[1]);
+        let spread = 1.2 / (inputs as f64).sqrt();
+        Layer {
+            name: format!("fc{}", index + 1),
+            inputs,
+            neurons,
+            weights: (0..inputs * neurons)
+                .map(|_| draw.uniform_in(-spread, spread) as f32)
+                .collect(),
+            bias: (0..neurons).map(|_| draw.uniform_in(0.0, 0.3) as f32).collect(),
+            keep_current: 0.5,
+            keep_voltage: 0.75,
+            threshold: 0.5,
+        }
+    });
+    let reflex = builtin::read("reflex", None).expect("built in");
+    Network {
+        name: "san-shaped".to_owned(),
+        steps: 5,
+        relay: true,
+        layers: layers.collect(),
+        ..reflex
+    }
+}
+
+fn input(network: &Network, decision: u64) -> InputSpikes {
+    let mut draw = Streams::new(2, 0).at(stream::STIMULUS, decision);
+    let mut step = || (0..network.inputs()).map(|_| draw.bernoulli(0.24)).collect();
+    (0..network.steps).map(|_| step()).collect()
+}
+
+fn deployed(network: &Network) -> Deployment {
+    let policy = Policy::named("san").expect("there is one");
+    Deployment::compile(network, &policy, &ChipSpec::loihi1(), None).expect("it fits")
+}
+
+fn compile(criterion: &mut Criterion) {
+    let network = san_shaped();
+    let mut group = criterion.benchmark_group("compile");
+    group.bench_function("san_shaped", |b| b.iter(|| black_box(deployed(&network))));
+    let bytes = deployed(&network).to_bytes();
+    group.bench_function("san_shaped/open", |b| {
+        b.iter(|| black_box(Deployment::from_bytes("bench", &bytes).expect("good")));
+    });
+    group.finish();
+}
+
+fn decision(criterion: &mut Criterion) {
+    let network = san_shaped();
+    let deployment = deployed(&network);
+    let inputs: Vec<InputSpikes> = (0..16).map(|decision| input(&network, decision)).collect();
+    let mut group = criterion.benchmark_group("decision/san_shaped");
+    group.throughput(Throughput::Elements(inputs.len() as u64));
+    let mut float = FloatNetwork::new(&network);
+    group.bench_function("float", |b| {
+        b.iter(|| inputs.iter().for_each(|input| drop(black_box(float.decide(input)))));
+    });
+    let map = || Arc::clone(&deployment.map);
+    let engines: [(&str, Box<dyn Engine>); 2] = [
+        ("event", Box::new(EventEngine::new(map()))),
+        ("dense", Box::new(DenseEngine::new(map()))),
+    ];
+    for (name, engine) in engines {
+        let mut policy = ChipPolicy::new(&deployment, engine).expect("it has a program");
+        group.bench_function(name, |b| {
+            b.iter(|| inputs.iter().for_each(|input| drop(black_box(policy.decide(input)))));
+        });
+    }
+    group.finish();
+}
+
+fn thousand_steps(criterion: &mut Criterion) {
+    const STEPS: usize = 1000;
+    let network = san_shaped();
+    let map = deployed(&network).map;
+    let mut draw = Streams::new(3, 0).at(stream::STIMULUS, 0);
+    let mut spikes = Vec::new();
+    for step in 0..STEPS as u64 {
+        spikes.extend((0..24).filter(|_| draw.bernoulli(0.24)).map(|line| (step, 0, line)));
+        spikes.extend((0..4).map(|line| (step, 1, line)));
+    }
+    let stimulus = Stimulus::new(&map, STEPS, spikes).expect("within the ports");
+    let mut probe = EventEngine::new(Arc::clone(&map));
+    probe.run(&stimulus, &mut SpikeRecord::none());
+    let mut group = criterion.benchmark_group("chip/1000_steps/san_shaped");
+    group.throughput(Throughput::Elements(probe.total_counts().synaptic_ops()));
+    group.sample_size(20);
+    for threads in [1, 2] {
+        let mut engine = EventEngine::with_threads(Arc::clone(&map), threads);
+        group.bench_function(format!("event/threads_{threads}"), |b| {
+            b.iter(|| engine.run(&stimulus, &mut SpikeRecord::none()));
+        });
+    }
+    let mut dense = DenseEngine::new(Arc::clone(&map));
+    group.bench_function("dense", |b| b.iter(|| dense.run(&stimulus, &mut SpikeRecord::none())));
+    group.finish();
+}
+
+fn trial(criterion: &mut Criterion) {
+    let world = World::new(Arena::open("courtyard").expect("built in"));
+    let pairs: Vec<Pair> =
+        generate_pairs(&world, 1, PairRules::default(), Streams::new(1, 0)).expect("it has room");
+    let network = builtin::read("reflex", None).expect("built in");
+    let policy = Policy::named("nearest").expect("there is one");
+    let deployment =
+        Deployment::compile(&network, &policy, &ChipSpec::loihi1(), None).expect("fits");
+    let chip = Driver::chip(deployment, EngineKind::Event).expect("it has a program");
+    let mut group = criterion.benchmark_group("trial/courtyard");
+    group.sample_size(20);
+    let drivers = [
+        ("straight", Driver::straight()),
+        ("reflex_float", Driver::float(&network)),
+        ("reflex_chip", chip),
+    ];
+    for (name, driver) in drivers {
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                fly(&world, &pairs, &TrialConfig::san(), &driver, 1, 1, &|| ())
+                    .expect("good settings")
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, compile, decision, thousand_steps, trial);
+criterion_main!(benches);

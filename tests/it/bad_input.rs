@@ -388,10 +388,7 @@ fn arenas_without_room_or_sense_are_refused() {
     let full = with(&disc("rock", "20"));
     let cases: [(&str, &str); 9] = [
         (&full, "no free start"),
-        (
-            &format!(r#"{{"arena": {{"xmin": 0, "xmax": 3, "ymin": 0, "ymax": 3}}}}"#),
-            "no goal 6 m or more",
-        ),
+        (r#"{"arena": {"xmin": 0, "xmax": 3, "ymin": 0, "ymax": 3}}"#, "no goal 6 m or more"),
         ("{", "a.json: "),
         ("[]", "a.json: "),
         ("{}", "a.json: "),

@@ -9,14 +9,15 @@ use spikeloop::host::Deployment;
 use spikeloop::net::{builtin, integer};
 
 use crate::cli::args::CompileArgs;
-use crate::cli::output::{check_writable, header, say};
+use crate::cli::output::{check_outputs, header, say};
 use crate::cli::{Failure, Verdict, inspect, output};
 
 /// Policy when none is named.
 const POLICY_DEFAULT: &str = "nearest";
 
 pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
-    check_writable([&args.output])?;
+    let inputs = [Path::new(&args.network), Path::new(&args.chip)];
+    check_outputs([&args.output], inputs.into_iter().chain(args.weights.as_deref()))?;
     let deployment = compiled(args)?;
     say(header(None, &[(deployment.network.clone(), deployment.map.digest())]))?;
     for (layer, scale) in &deployment.scales {

@@ -18,7 +18,7 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, check_pairs, generate_pairs, read_pairs};
 
 use crate::cli::args::{DriveArgs, EngineArg};
-use crate::cli::output::{self, REVISION, check_writable, header, progress, say};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 const TRIALS_DEFAULT: usize = 200;
@@ -26,7 +26,9 @@ const TRIALS_DEFAULT: usize = 200;
 const STRAIGHT: &str = "straight";
 
 pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
-    check_writable(args.json.iter().chain(&args.plot))?;
+    let inputs = args.drivers.iter().map(Path::new).chain([Path::new(&args.arena)]);
+    let inputs = inputs.chain(args.weights.as_deref()).chain(args.pairs.as_deref());
+    check_outputs(args.json.iter().chain(&args.plot), inputs)?;
     let drivers = drivers(args)?;
     let flight = Flight::prepare(args)?;
     last_seed(args.seed, args.repeats)?;

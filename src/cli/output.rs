@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::CommandFactory;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -41,11 +41,34 @@ pub(super) fn header(seed: Option<u64>, maps: &[(String, String)]) -> String {
     format!("seed {seed} | revision {REVISION} | core map {maps}")
 }
 
-/// Errs now when any of the files could not be written at the end.
-pub(super) fn check_writable<'a>(
-    paths: impl IntoIterator<Item = &'a std::path::PathBuf>,
+/// Errs now when any of the outputs could not be written at the end, or would replace an input or
+/// another output.
+pub(super) fn check_outputs<'a>(
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+    inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), Failure> {
-    paths.into_iter().try_for_each(|path| Ok(files::check_writable(path)?))
+    let mut taken: Vec<PathBuf> = inputs.into_iter().map(Path::to_path_buf).collect();
+    for output in outputs {
+        if taken.iter().any(|path| same_file(path, output)) {
+            return Err(format!(
+                "{}: is an input or another output as well; give the output a name of its own",
+                output.display()
+            )
+            .into());
+        }
+        files::check_writable(output)?;
+        taken.push(output.clone());
+    }
+    Ok(())
+}
+
+/// Whether two paths lead to one regular file, or are equal and lead nowhere yet.
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b && a.is_file(),
+        (Err(_), Err(_)) => a == b,
+        _ => false,
+    }
 }
 
 /// Writes a file whole or not at all, and says so.

@@ -1,17 +1,17 @@
 //! `spikeloop report`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use spikeloop::files;
 use spikeloop::report::page::page;
 use spikeloop::report::results::DriveResult;
 
 use crate::cli::args::ReportArgs;
-use crate::cli::output::{check_writable, header, say};
+use crate::cli::output::{check_outputs, header, say};
 use crate::cli::{Failure, Verdict, output};
 
 pub(super) fn run(args: &ReportArgs) -> Result<Verdict, Failure> {
-    check_writable([&args.output])?;
+    check_outputs([&args.output], args.results.iter().map(PathBuf::as_path))?;
     let results: Vec<(String, DriveResult)> = args
         .results
         .iter()

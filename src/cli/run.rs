@@ -14,7 +14,7 @@ use spikeloop::npz::{self, Npz};
 use spikeloop::report::tables::{micro, plain};
 
 use crate::cli::args::{EngineArg, RunArgs, STEPS_MAX};
-use crate::cli::output::{self, REVISION, check_writable, header, progress, say};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 /// Steps between two looks at the progress bar.
@@ -26,7 +26,7 @@ const RECORDED_MAX: usize = 1 << 26;
 type InputSpike = (u64, u32, u32);
 
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
-    check_writable(args.output.iter().chain(&args.json))?;
+    check_outputs(args.output.iter().chain(&args.json), [&*args.map, &*args.spikes])?;
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
     let map = Arc::clone(&deployment.map);

@@ -376,6 +376,28 @@ fn unwritable_outputs_are_refused_before_the_work_begins() {
 }
 
 #[test]
+fn outputs_that_would_replace_an_input_or_each_other_are_refused() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    write_tiny(&folder, TINY, |_| ());
+    folder.write("in.npz", reflex_spikes(&[0], &[6]));
+    let cases = [
+        "compile tiny.toml -o ./tiny.toml",
+        "compile tiny.toml --weights tiny.safetensors -o tiny.safetensors",
+        "run reflex.map --spikes in.npz -o in.npz",
+        "run reflex.map --spikes in.npz -o new --json new",
+        "drive reflex.map --plot reflex.map",
+        "drive reflex --json out.json --plot ./out.json",
+        "report out.json -o out.json",
+    ];
+    for line in cases {
+        let ran = refused(&folder, line, &["is an input or another output as well"]);
+        assert_eq!(ran.out, "", "spikeloop {line} began");
+    }
+    folder.good("inspect reflex.map");
+}
+
+#[test]
 fn arenas_without_room_or_sense_are_refused() {
     let folder = Folder::new();
     let bounds = r#""arena": {"xmin": 0, "xmax": 9, "ymin": 0, "ymax": 9}"#;

@@ -11,11 +11,12 @@ mod run;
 mod trace;
 
 pub(crate) use args::Args;
+pub(crate) use output::complain;
 
 use args::Verb;
 
 /// Any error: its text goes to the user.
-type Failure = Box<dyn std::error::Error + Send + Sync>;
+pub(crate) type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// Exit code for input that cannot be used.
 pub(crate) const BAD_INPUT: u8 = 2;
@@ -49,7 +50,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Report(args) => report::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Completions { shell } => {
-            output::completions(shell);
+            output::completions(shell)?;
             Ok(Verdict::Good)
         }
     }

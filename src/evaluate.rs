@@ -49,7 +49,9 @@ pub fn fly(
         }
     };
     let shares: Vec<Result<Vec<Flown>, ConfigError>> = crossbeam::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(|_| fly_some())).collect();
+        let workers: Vec<_> = (0..threads.clamp(1, pairs.len().max(1)))
+            .map(|_| scope.spawn(|_| fly_some()))
+            .collect();
         workers.into_iter().map(|worker| worker.join().expect("no worker panics")).collect()
     })
     .expect("no worker panics");

@@ -1,11 +1,12 @@
 //! Reading and writing files without surprises.
 
-use std::io::Read;
-use std::path::Path;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
 
+use hw_model::container;
+use hw_model::error::ContainerError;
 use thiserror::Error;
-
-pub use hw_model::container::write_atomically;
 
 /// Largest text or weights file that is read.
 pub const FILE_BYTES_MAX: u64 = 1 << 30;
@@ -19,7 +20,7 @@ pub enum FileError {
         /// The file.
         file: String,
         /// The reason.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// Larger than anything this program handles.
     #[error("{file}: more than {limit} bytes; this program reads files up to that size")]
@@ -46,7 +47,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     let file = || path.display().to_string();
     let io = |source| FileError::Io { file: file(), source };
     let mut bytes = Vec::new();
-    let opened = std::fs::File::open(path).map_err(io)?;
+    let opened = File::open(path).map_err(io)?;
     opened.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes).map_err(io)?;
     if bytes.len() as u64 > FILE_BYTES_MAX {
         return Err(FileError::TooLarge { file: file(), limit: FILE_BYTES_MAX });
@@ -58,8 +59,67 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
 ///
 /// Errors: as [`read_bytes`], or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    String::from_utf8(read_bytes(path)?).map_err(|e| FileError::NotText {
+    text_of(path, read_bytes(path)?)
+}
+
+/// Bytes of the file at `path` as text.
+///
+/// Errors: not UTF-8.
+pub fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, FileError> {
+    String::from_utf8(bytes).map_err(|e| FileError::NotText {
         file: path.display().to_string(),
         at: e.utf8_error().valid_up_to(),
     })
+}
+
+/// Writes a file in one piece: either all of it is there afterwards or the old one is untouched.
+/// A link stays a link; what is no regular file (a pipe, `/dev/null`) is written to, not replaced.
+///
+/// Errors: what the operating system says; no partial file is left behind.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError> {
+    let io = |source| write_error(path, source);
+    match target(path).map_err(io)? {
+        Target::File(file) => container::write_atomically(&file, bytes),
+        Target::Stream => OpenOptions::new()
+            .write(true)
+            .open(path)
+            .and_then(|mut stream| stream.write_all(bytes))
+            .map_err(io),
+    }
+}
+
+/// Finds out before a long run whether [`write_atomically`] could write there after it.
+///
+/// Errors: what the operating system says.
+pub fn check_writable(path: &Path) -> Result<(), ContainerError> {
+    let io = |source| write_error(path, source);
+    let Target::File(file) = target(path).map_err(io)? else { return Ok(()) };
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let probe = file.with_file_name(format!(".{name}.{}.probe.tmp", std::process::id()));
+    File::create(&probe).and_then(|_| fs::remove_file(&probe)).map_err(io)
+}
+
+enum Target {
+    /// A regular file, there or not, behind all links.
+    File(PathBuf),
+    /// A device or pipe.
+    Stream,
+}
+
+fn target(path: &Path) -> io::Result<Target> {
+    match fs::metadata(path) {
+        Ok(about) if about.is_dir() => {
+            Err(io::Error::new(ErrorKind::IsADirectory, "it is a folder; give the name of a file"))
+        }
+        Ok(about) if about.is_file() => fs::canonicalize(path).map(Target::File),
+        Ok(_) => Ok(Target::Stream),
+        Err(_) if path.file_name().is_none() => {
+            Err(io::Error::new(ErrorKind::InvalidInput, "give the name of a file"))
+        }
+        Err(_) => Ok(Target::File(path.to_path_buf())),
+    }
+}
+
+fn write_error(path: &Path, source: io::Error) -> ContainerError {
+    ContainerError::Io { file: path.display().to_string(), action: "write", source }
 }

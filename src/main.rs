@@ -8,7 +8,7 @@ fn main() -> std::process::ExitCode {
     match cli::run(cli::Args::parse()) {
         Ok(verdict) => verdict.into(),
         Err(error) => {
-            eprintln!("error: {error}");
+            cli::complain(&error);
             cli::BAD_INPUT.into()
         }
     }

@@ -10,3 +10,19 @@ pub mod network;
 pub use encoder::RateEncoder;
 pub use error::NetError;
 pub use network::{Layer, Network};
+
+use std::path::Path;
+
+use crate::files;
+
+/// First bytes of a core map file, to tell one from a network.
+pub const MAP_LABEL: [u8; 8] = *b"SPIKELP\0";
+
+/// The text of a network file.
+fn text_of(path: &Path) -> Result<String, NetError> {
+    let bytes = files::read_bytes(path)?;
+    if bytes.starts_with(&MAP_LABEL) {
+        return Err(NetError::CoreMap { file: path.display().to_string() });
+    }
+    Ok(files::text_of(path, bytes)?)
+}

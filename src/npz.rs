@@ -9,7 +9,11 @@ use thiserror::Error;
 use crate::files::{self, FileError};
 
 /// Largest number of elements per array.
-const ELEMENTS_MAX: u64 = 1 << 28;
+const ELEMENTS_MAX: u64 = 1 << 26;
+/// Longest header of an array, as in NumPy.
+const HEADER_BYTES_MAX: usize = 10_000;
+/// Most brackets in a header: the reader's stack goes as deep as they nest.
+const BRACKETS_MAX: usize = 64;
 
 /// An npz file that cannot be used.
 #[derive(Debug, Error)]
@@ -72,31 +76,112 @@ impl Npz {
     ///
     /// Errors: no such array, floats, Fortran order, more elements than fit, or damaged data.
     pub fn ints(&mut self, name: &str) -> Result<IntArray, NpzError> {
-        let file = self.file.clone();
-        let error = |message: String| NpzError::Array {
-            file: file.clone(),
+        let array = self.entry(name).and_then(|bytes| int_array(&bytes));
+        array.map_err(|message| NpzError::Array {
+            file: self.file.clone(),
             array: name.to_owned(),
             message,
-        };
-        let mut entry =
-            self.archive.by_name(&format!("{name}.npy")).map_err(|e| error(e.to_string()))?;
-        let mut bytes = Vec::new();
-        let limit = ELEMENTS_MAX * 8 + 4096;
-        entry.by_ref().take(limit).read_to_end(&mut bytes).map_err(|e| error(e.to_string()))?;
-        let npy = NpyFile::new(&bytes[..]).map_err(|e| error(e.to_string()))?;
-        let shape = npy.shape().to_vec();
-        let elements = shape.iter().try_fold(1u64, |n, extent| n.checked_mul(*extent));
-        if elements.is_none_or(|n| n > bytes.len() as u64) {
-            return Err(error(format!("shape {shape:?} is larger than the data")));
-        }
-        if npy.order() != npyz::Order::C {
-            return Err(error(
-                "is in Fortran order; save it with numpy.ascontiguousarray".to_owned(),
-            ));
-        }
-        let values = ints_of(npy).map_err(error)?;
-        Ok(IntArray { shape, values })
+        })
     }
+
+    /// The elements of an array of one dimension.
+    ///
+    /// Errors: as [`Npz::ints`], or another number of dimensions.
+    pub fn flat_ints(&mut self, name: &str) -> Result<Vec<i64>, NpzError> {
+        let array = self.ints(name)?;
+        if array.shape.len() == 1 {
+            return Ok(array.values);
+        }
+        let message = format!("shape {:?} found, one dimension expected", array.shape);
+        Err(NpzError::Array { file: self.file.clone(), array: name.to_owned(), message })
+    }
+
+    /// The unpacked bytes of an array.
+    fn entry(&mut self, name: &str) -> Result<Vec<u8>, String> {
+        let names = self.names();
+        let mut entry = match self.archive.by_name(&format!("{name}.npy")) {
+            Ok(entry) => entry,
+            Err(zip::result::ZipError::FileNotFound) => {
+                return Err(format!("is not there (there is: {names})"));
+            }
+            Err(error) => return Err(error.to_string()),
+        };
+        let mut bytes = Vec::new();
+        let limit = ELEMENTS_MAX * 8 + HEADER_BYTES_MAX as u64;
+        entry.by_ref().take(limit + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+        if bytes.len() as u64 > limit {
+            return Err(format!("larger than {ELEMENTS_MAX} elements (ELEMENTS_MAX); split it"));
+        }
+        Ok(bytes)
+    }
+
+    fn names(&self) -> String {
+        let mut names: Vec<&str> =
+            self.archive.file_names().filter_map(|name| name.strip_suffix(".npy")).collect();
+        names.sort_unstable();
+        names.truncate(12);
+        if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+    }
+}
+
+fn int_array(bytes: &[u8]) -> Result<IntArray, String> {
+    check_header(bytes)?;
+    let npy = NpyFile::new(bytes).map_err(|e| e.to_string())?;
+    let shape = npy.shape().to_vec();
+    if npy.order() != npyz::Order::C {
+        return Err("is in Fortran order; save it with numpy.ascontiguousarray".to_owned());
+    }
+    Ok(IntArray { shape, values: ints_of(npy)? })
+}
+
+/// Refuses headers that would take the array reader much memory or stack.
+fn check_header(bytes: &[u8]) -> Result<(), String> {
+    let (start, len) = match *bytes {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => {
+            (10, u16::from_le_bytes([a, b]).into())
+        }
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, _, a, b, c, d, ..] => {
+            (12, u32::from_le_bytes([a, b, c, d]) as usize)
+        }
+        _ => return Err("is not a NumPy array; save it with numpy.savez".to_owned()),
+    };
+    if len > HEADER_BYTES_MAX {
+        return Err(format!(
+            "has a header of {len} bytes, limit {HEADER_BYTES_MAX} (HEADER_BYTES_MAX)"
+        ));
+    }
+    let header = bytes.get(start..start + len).ok_or("is cut off within its header")?;
+    let brackets = header.iter().filter(|byte| b"([{".contains(byte)).count();
+    if brackets > BRACKETS_MAX {
+        return Err(format!(
+            "has {brackets} brackets in its header, limit {BRACKETS_MAX} (BRACKETS_MAX)"
+        ));
+    }
+    match elements(&String::from_utf8_lossy(header)) {
+        None => {
+            Err("has a header without a shape that can be read; save it with numpy.savez"
+                .to_owned())
+        }
+        Some(elements) if elements > bytes.len() as u64 => Err(format!(
+            "has a shape of {elements} elements or more, which is larger than the data"
+        )),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Product of the extents above 0 of the one shape in a header, at most `u64::MAX`: the array
+/// reader multiplies without looking.
+fn elements(header: &str) -> Option<u64> {
+    let (before, after) = header.split_once("shape")?;
+    if before.contains('\\') || after.contains('\\') || after.contains("shape") {
+        return None;
+    }
+    let after = after.trim_start_matches(['\'', '"']).trim_start().strip_prefix(':')?;
+    let (extents, _) = after.trim_start().strip_prefix('(')?.split_once(')')?;
+    let extents = extents.split(',').map(str::trim).filter(|extent| !extent.is_empty());
+    extents
+        .map(|extent| extent.parse::<u64>().ok())
+        .try_fold(1u64, |product, extent| Some(product.saturating_mul(extent?.max(1))))
 }
 
 fn ints_of(npy: NpyFile<&[u8]>) -> Result<Vec<i64>, String> {

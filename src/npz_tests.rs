@@ -21,7 +21,7 @@ fn equal_arrays_make_equal_bytes() {
 #[test]
 fn a_missing_array_is_named() {
     let error = Npz::from_bytes("x.npz", sample()).unwrap().ints("W0").unwrap_err();
-    assert_eq!(error.to_string(), "x.npz: array W0: specified file not found in archive");
+    assert_eq!(error.to_string(), "x.npz: array W0: is not there (there is: a, b)");
 }
 
 #[test]

@@ -2,8 +2,20 @@
 
 use std::path::PathBuf;
 
-use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use clap::builder::RangedU64ValueParser;
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
+use spikeloop::world::pairs::PAIRS_MAX;
 use spikeloop::world::robot::Actuators;
+
+/// Most chip steps of a run: more than two hours of 1 ms steps.
+pub(super) const STEPS_MAX: usize = 10_000_000;
+const THREADS_MAX: usize = 256;
+const REPEATS_MAX: u64 = 1000;
+
+/// Whole numbers from 1 on.
+fn up_to(max: usize) -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=max as u64)
+}
 
 /// Compiles spiking controllers to a Loihi-like chip and flies the closed loop on the emulated
 /// chip.
@@ -47,11 +59,11 @@ pub(super) struct CompileArgs {
     /// Built-in chip, or a chip file (.toml)
     #[arg(long, default_value = "loihi1", value_name = "NAME|FILE")]
     pub(super) chip: String,
-    /// Quantization policy: nearest, fine, diffused, mixed, san, san-nearest
-    #[arg(long, default_value = "nearest", value_name = "NAME")]
-    pub(super) policy: String,
+    /// Quantization policy: nearest (the default), fine, diffused, mixed, san, san-nearest
+    #[arg(long, value_name = "NAME")]
+    pub(super) policy: Option<String>,
     /// Largest number of neurons of one layer on a core
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = up_to(usize::MAX))]
     pub(super) neurons_per_core: Option<usize>,
     /// Core map to write
     #[arg(short, long, value_name = "MAP")]
@@ -86,13 +98,13 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "IN.npz")]
     pub(super) spikes: PathBuf,
     /// Chip steps; the default is the last input step and one more for each population
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = up_to(STEPS_MAX))]
     pub(super) steps: Option<usize>,
     /// Engine
     #[arg(long, value_enum, default_value = "event")]
     pub(super) engine: EngineArg,
-    /// Threads of the event engine
-    #[arg(long, default_value_t = 1, value_name = "K")]
+    /// Threads of the event engine (the dense one has one); the result is the same for any number
+    #[arg(long, default_value_t = 1, value_name = "K", value_parser = up_to(THREADS_MAX))]
     pub(super) threads: usize,
     /// Spikes to write (.npz): arrays POPULATION_t and POPULATION_i
     #[arg(short, long, value_name = "OUT.npz")]
@@ -118,16 +130,16 @@ pub(super) struct DriveArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) pairs: Option<PathBuf>,
     /// Number of trials; all pairs of the file, or 200
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = up_to(PAIRS_MAX))]
     pub(super) trials: Option<usize>,
     /// Seed of all random streams
     #[arg(long, default_value_t = 1, value_name = "S")]
     pub(super) seed: u64,
     /// Number of seeds, from --seed on
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
     pub(super) repeats: u64,
     /// Fastest wheel speed
-    #[arg(long, default_value_t = 0.5, value_name = "M_PER_S")]
+    #[arg(long, default_value_t = 0.5, value_name = "M_PER_S", allow_negative_numbers = true)]
     pub(super) v_max: f64,
     /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds
     #[arg(long, default_value = "ideal", value_name = "PRESET")]
@@ -145,7 +157,7 @@ pub(super) struct DriveArgs {
     #[arg(long, value_enum, default_value = "event")]
     pub(super) engine: EngineArg,
     /// Threads, each flying trials of its own; all cores by default
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
     pub(super) threads: Option<usize>,
     /// Result file
     #[arg(long, value_name = "FILE")]
@@ -162,7 +174,7 @@ pub(super) struct DemoArgs {
     #[arg(long, value_name = "FOLDER")]
     pub(super) san: Option<PathBuf>,
     /// Number of trials
-    #[arg(long, default_value_t = 200, value_name = "N")]
+    #[arg(long, default_value_t = 200, value_name = "N", value_parser = up_to(PAIRS_MAX))]
     pub(super) trials: usize,
     /// Seed of all random streams
     #[arg(long, default_value_t = 1, value_name = "S")]

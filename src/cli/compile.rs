@@ -9,34 +9,49 @@ use spikeloop::host::Deployment;
 use spikeloop::net::{builtin, integer};
 
 use crate::cli::args::CompileArgs;
-use crate::cli::output::print_header;
-use crate::cli::{Failure, Verdict};
+use crate::cli::output::{check_outputs, header, say};
+use crate::cli::{Failure, Verdict, inspect, output};
+
+/// Policy when none is named.
+const POLICY_DEFAULT: &str = "nearest";
 
 pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
-    let chip = chip(&args.chip)?;
-    let deployment = if Path::new(&args.network).extension().is_some_and(|e| e == "json") {
-        let net = integer::read(Path::new(&args.network), args.weights.as_deref())?;
-        Deployment::of_integers(net, &chip, args.neurons_per_core)?
-    } else {
-        let network = builtin::read(&args.network, args.weights.as_deref())?;
-        let policy = Policy::named(&args.policy)?;
-        Deployment::compile(&network, &policy, &chip, args.neurons_per_core)?
-    };
-    print_header(None, &[(deployment.network.clone(), deployment.map.digest())]);
+    let inputs = [Path::new(&args.network), Path::new(&args.chip)];
+    check_outputs([&args.output], inputs.into_iter().chain(args.weights.as_deref()))?;
+    let deployment = compiled(args)?;
+    say(header(None, &[(deployment.network.clone(), deployment.map.digest())]))?;
     for (layer, scale) in &deployment.scales {
-        println!("layer {layer}: {scale:.3} mantissas per unit");
+        say(format_args!("layer {layer}: {scale:.3} mantissas per unit"))?;
     }
-    print!("{}", super::inspect::table(&deployment));
-    deployment.write(&args.output)?;
-    println!("wrote {}", args.output.display());
+    say(inspect::table(&deployment))?;
+    output::write(&args.output, &deployment.to_bytes())?;
     Ok(Verdict::Good)
+}
+
+fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
+    let chip = chip(&args.chip)?;
+    let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
+    if path.extension().is_none_or(|extension| extension != "json") {
+        let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
+        let network = builtin::read(&args.network, weights)?;
+        return Ok(Deployment::compile(&network, &policy, &chip, args.neurons_per_core)?);
+    }
+    if let Some(policy) = &args.policy {
+        return Err(format!(
+            "{}: --policy {policy} cannot apply, the weights are integers already; leave it out",
+            args.network
+        )
+        .into());
+    }
+    Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, args.neurons_per_core)?)
 }
 
 /// A built-in chip, or one from a file.
 fn chip(name: &str) -> Result<ChipSpec, Failure> {
+    let named = ChipSpec::named(name);
     let path = Path::new(name);
-    if path.extension().is_some() || path.exists() {
+    if named.is_err() && (path.extension().is_some() || path.exists()) {
         return Ok(ChipSpec::parse(name, &files::read_text(path)?)?);
     }
-    Ok(ChipSpec::named(name)?)
+    Ok(named?)
 }

@@ -15,8 +15,9 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::DemoArgs;
-use crate::cli::drive::{Flight, all_threads, chip_driver, pairs_of_file, print_result};
-use crate::cli::{Failure, Verdict, output};
+use crate::cli::drive::{Flight, all_threads, chip_driver, maps, pairs_of_file, print_result};
+use crate::cli::output::{header, say};
+use crate::cli::{Failure, Verdict, inspect, output};
 
 pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
     let (network, world, pairs, policy) = match &args.san {
@@ -27,20 +28,19 @@ pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
         .map_err(|e| format!("{}: cannot make the folder: {e}", args.output.display()))?;
     let deployment =
         Deployment::compile(&network, &Policy::named(policy)?, &ChipSpec::loihi1(), None)?;
-    println!("{} on one {}:", network.name, deployment.map.chip().name);
-    print!("{}", super::inspect::table(&deployment));
-    let map_file = args.output.join(format!("{}.map", network.name));
-    deployment.write(&map_file)?;
-    println!("wrote {}", map_file.display());
+    let (about, bytes) = (inspect::table(&deployment), deployment.to_bytes());
     let chip = chip_driver(deployment, &network.name, EngineKind::Event)?;
     let drivers = [Driver::straight(), Driver::float(&network), chip];
+    say(header(Some(args.seed), &maps(&drivers)))?;
+    say(about)?;
+    let file = |ending: &str| args.output.join(format!("{}.{ending}", network.name));
+    output::write(&file("map"), &bytes)?;
     let flight = Flight { world, pairs, config: TrialConfig::san(), threads: all_threads() };
     let result = flight.fly_all(&drivers, args.seed, 1)?;
-    print_result(&result);
-    let name = &network.name;
-    output::write(&args.output.join(format!("{name}.json")), &serde_json::to_vec(&result)?)?;
-    let title = format!("{name} on {}", result.arena.name);
-    output::write(&args.output.join(format!("{name}.html")), page(&[(title, result)]).as_bytes())?;
+    print_result(&result)?;
+    output::write(&file("json"), &serde_json::to_vec(&result)?)?;
+    let title = format!("{} on {}", network.name, result.arena.name);
+    output::write(&file("html"), page(&[(title, result)]).as_bytes())?;
     Ok(Verdict::Good)
 }
 

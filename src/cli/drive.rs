@@ -18,24 +18,23 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, check_pairs, generate_pairs, read_pairs};
 
 use crate::cli::args::{DriveArgs, EngineArg};
-use crate::cli::output::{self, REVISION, print_header, progress};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 const TRIALS_DEFAULT: usize = 200;
+/// Name of the driver that needs no network.
+const STRAIGHT: &str = "straight";
 
 pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
-    let engine = match args.engine {
-        EngineArg::Event => EngineKind::Event,
-        EngineArg::Dense => EngineKind::Dense,
-    };
-    let drivers: Vec<Driver> = args
-        .drivers
-        .iter()
-        .map(|name| driver(name, args.weights.as_deref(), engine))
-        .collect::<Result<_, _>>()?;
+    let inputs = args.drivers.iter().map(Path::new).chain([Path::new(&args.arena)]);
+    let inputs = inputs.chain(args.weights.as_deref()).chain(args.pairs.as_deref());
+    check_outputs(args.json.iter().chain(&args.plot), inputs)?;
+    let drivers = drivers(args)?;
     let flight = Flight::prepare(args)?;
+    last_seed(args.seed, args.repeats)?;
+    say(header(Some(args.seed), &maps(&drivers)))?;
     let result = flight.fly_all(&drivers, args.seed, args.repeats)?;
-    print_result(&result);
+    print_result(&result)?;
     if let Some(path) = &args.json {
         output::write(path, &serde_json::to_vec(&result)?)?;
     }
@@ -45,20 +44,63 @@ pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     Ok(Verdict::Good)
 }
 
+fn last_seed(seed: u64, repeats: u64) -> Result<u64, Failure> {
+    seed.checked_add(repeats - 1).ok_or_else(|| {
+        format!(
+            "--seed {seed}, --repeats {repeats}: seeds end at {}; take a smaller seed",
+            u64::MAX
+        )
+        .into()
+    })
+}
+
+fn drivers(args: &DriveArgs) -> Result<Vec<Driver>, Failure> {
+    let engine = match args.engine {
+        EngineArg::Event => EngineKind::Event,
+        EngineArg::Dense => EngineKind::Dense,
+    };
+    let weights = args.weights.as_deref();
+    if let (Some(weights), false) = (weights, args.drivers.iter().any(|name| is_network(name))) {
+        return Err(format!(
+            "{}: weights are for networks, and there is none among the drivers; leave --weights out",
+            weights.display()
+        )
+        .into());
+    }
+    args.drivers.iter().map(|name| driver(name, weights, engine)).collect()
+}
+
+/// Whether `name` is a description file, a built-in network, or neither that nor a file.
+fn is_network(name: &str) -> bool {
+    let path = Path::new(name);
+    match path.extension() {
+        Some(extension) => extension == "toml",
+        None => name != STRAIGHT && (builtin::NAMES.contains(&name) || !path.exists()),
+    }
+}
+
 /// A core map by its label, `straight`, or else a network.
 fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driver, Failure> {
-    if name == "straight" {
+    if name == STRAIGHT {
         return Ok(Driver::straight());
     }
-    let path = Path::new(name);
-    let network = path.extension().is_none_or(|extension| extension == "toml");
-    if network && builtin::NAMES.contains(&name) || path.extension().is_some_and(|e| e == "toml") {
+    if is_network(name) {
         return Ok(Driver::float(&builtin::read(name, weights)?));
     }
-    if !path.exists() && network {
-        return Ok(Driver::float(&builtin::read(name, weights)?));
+    if Path::new(name).extension().is_some_and(|extension| extension == "json") {
+        return Err(no_program(name));
     }
-    chip_driver(Deployment::read(path)?, name, engine)
+    chip_driver(Deployment::read(Path::new(name))?, name, engine)
+}
+
+fn no_program(name: &str) -> Failure {
+    format!("{name}: an integer network without encoder and decoder cannot drive; compile it and use `spikeloop run`").into()
+}
+
+/// Label and digest of each core map among `drivers`.
+pub(super) fn maps(drivers: &[Driver]) -> Vec<(String, String)> {
+    let digest = |driver: &Driver| Some((driver.label.clone(), driver.deployment()?.map.digest()));
+    drivers.iter().filter_map(digest).collect()
 }
 
 /// A compiled network as a driver; `name` is what errors mention.
@@ -67,9 +109,7 @@ pub(super) fn chip_driver(
     name: &str,
     engine: EngineKind,
 ) -> Result<Driver, Failure> {
-    Driver::chip(deployment, engine).ok_or_else(|| {
-        format!("{name}: an integer network without encoder and decoder cannot drive; use `spikeloop run`").into()
-    })
+    Driver::chip(deployment, engine).ok_or_else(|| no_program(name))
 }
 
 /// World, trials and settings, ready to fly.
@@ -110,14 +150,9 @@ impl Flight {
         seed: u64,
         repeats: u64,
     ) -> Result<DriveResult, Failure> {
-        let maps: Vec<(String, String)> = drivers
-            .iter()
-            .filter_map(|driver| Some((driver.label.clone(), driver.deployment()?.map.digest())))
-            .collect();
-        print_header(Some(seed), &maps);
         let mut results = Vec::new();
         for driver in drivers {
-            for seed in (seed..).take(repeats as usize) {
+            for seed in (0..repeats).map(|repeat| seed + repeat) {
                 results.push(self.fly_one(driver, seed)?);
             }
         }
@@ -173,20 +208,23 @@ pub(super) fn all_threads() -> usize {
 }
 
 /// The tables of a result.
-pub(super) fn print_result(result: &DriveResult) {
+pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
     let s = &result.settings;
-    println!(
+    say(format_args!(
         "arena {}, {} Hz, v_max {} m/s, actuators {}",
         result.arena.name, s.control_hz, s.v_max_m_per_s, s.actuators
-    );
-    println!("{}", outcome_table(&result.drivers));
-    let Some(costs) = cost_table(&result.drivers) else { return };
-    println!(
-        "per decision on the emulated chip (static energy is not part of the dynamic):\n{costs}"
-    );
+    ))?;
+    say(outcome_table(&result.drivers))?;
+    let Some(costs) = cost_table(&result.drivers) else { return Ok(()) };
+    say("per decision on the emulated chip (static energy is not part of the dynamic):")?;
+    say(costs)?;
     for driver in &result.drivers {
         if let Some(line) = driver.summary.chip.as_ref().and_then(overflow_line) {
-            println!("{}, seed {}: registers overflowed: {line}", driver.label, driver.seed);
+            say(format_args!(
+                "{}, seed {}: registers overflowed: {line}",
+                driver.label, driver.seed
+            ))?;
         }
     }
+    Ok(())
 }

@@ -5,23 +5,25 @@ use spikeloop::host::Deployment;
 use spikeloop::report::tables::plain;
 
 use crate::cli::args::InspectArgs;
-use crate::cli::output::print_header;
+use crate::cli::output::{REVISION, header, say};
 use crate::cli::{Failure, Verdict};
 
 pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&as_json(&deployment, &digest))?);
+        say(serde_json::to_string_pretty(&as_json(&deployment, &digest))?)?;
         return Ok(Verdict::Good);
     }
+    let header = header(None, &[(deployment.network.clone(), digest)]);
     if args.dump {
-        print!("{}", deployment.map.to_text());
+        // A comment of the text form, so that the dump still reads back.
+        say(format_args!("; {header}\n{}", deployment.map.to_text().trim_end()))?;
         return Ok(Verdict::Good);
     }
-    print_header(None, &[(deployment.network.clone(), digest)]);
-    println!("policy {} | chip {}", deployment.policy, deployment.map.chip().name);
-    print!("{}", table(&deployment));
+    say(header)?;
+    say(format_args!("policy {} | chip {}", deployment.policy, deployment.map.chip().name))?;
+    say(table(&deployment))?;
     Ok(Verdict::Good)
 }
 
@@ -55,12 +57,13 @@ pub(super) fn table(deployment: &Deployment) -> String {
     let steps = deployment.program.as_ref().map_or_else(String::new, |program| {
         format!(", {} chip steps per decision (T = {})", program.chip_steps, program.steps)
     });
-    format!("cores {}/{}{steps}\n{table}\n", usage.used, usage.limit)
+    format!("cores {}/{}{steps}\n{table}", usage.used, usage.limit)
 }
 
 fn as_json(deployment: &Deployment, digest: &str) -> serde_json::Value {
     let map = &deployment.map;
     json!({
+        "revision": REVISION,
         "network": deployment.network,
         "policy": deployment.policy,
         "chip": map.chip().name,

@@ -1,7 +1,8 @@
 //! Printing and writing, the same for every verb.
 
-use std::io::IsTerminal;
-use std::path::Path;
+use std::fmt::Display;
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
 use clap::CommandFactory;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -12,19 +13,68 @@ use crate::cli::{Args, Failure};
 /// Revision of the source that this binary was built from.
 pub(super) const REVISION: &str = env!("SPIKELOOP_REVISION");
 
+/// Prints a line, or several.
+///
+/// When nobody reads any more (`| head -1`) the work goes on in silence: there may be files to
+/// write. `println!` would panic there.
+pub(super) fn say(text: impl Display) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(format!("standard output: cannot write: {error}").into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints an error where the user sees it.
+pub(crate) fn complain(error: &Failure) {
+    // Nothing to do when standard error is closed as well: the exit code says it.
+    let _ = writeln!(std::io::stderr(), "error: {error}");
+}
+
 /// First line of every run: what is needed to repeat it.
-pub(super) fn print_header(seed: Option<u64>, maps: &[(String, String)]) {
+pub(super) fn header(seed: Option<u64>, maps: &[(String, String)]) -> String {
     let seed = seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
     let maps: Vec<String> = maps.iter().map(|(name, digest)| format!("{name} {digest}")).collect();
     let maps = if maps.is_empty() { "none".to_owned() } else { maps.join(", ") };
-    println!("seed {seed} | revision {REVISION} | core map {maps}");
+    format!("seed {seed} | revision {REVISION} | core map {maps}")
+}
+
+/// Errs now when any of the outputs could not be written at the end, or would replace an input or
+/// another output.
+pub(super) fn check_outputs<'a>(
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), Failure> {
+    let mut taken: Vec<PathBuf> = inputs.into_iter().map(Path::to_path_buf).collect();
+    for output in outputs {
+        if taken.iter().any(|path| same_file(path, output)) {
+            return Err(format!(
+                "{}: is an input or another output as well; give the output a name of its own",
+                output.display()
+            )
+            .into());
+        }
+        files::check_writable(output)?;
+        taken.push(output.clone());
+    }
+    Ok(())
+}
+
+/// Whether two paths lead to one regular file, or are equal and lead nowhere yet.
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b && a.is_file(),
+        (Err(_), Err(_)) => a == b,
+        _ => false,
+    }
 }
 
 /// Writes a file whole or not at all, and says so.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     files::write_atomically(path, bytes)?;
-    println!("wrote {}", path.display());
-    Ok(())
+    say(format_args!("wrote {}", path.display()))
 }
 
 /// A bar with time left on a terminal; nothing where nobody looks.
@@ -43,6 +93,8 @@ pub(super) fn progress(total: u64, label: &str) -> ProgressBar {
 }
 
 /// Prints a completion script.
-pub(super) fn completions(shell: clap_complete::Shell) {
-    clap_complete::generate(shell, &mut Args::command(), "spikeloop", &mut std::io::stdout());
+pub(super) fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Args::command(), "spikeloop", &mut script);
+    say(String::from_utf8_lossy(&script).trim_end())
 }

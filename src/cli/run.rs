@@ -5,27 +5,36 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hw_model::container::sha256_hex;
+use hw_model::core_map::HostPort;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::{CoreMap, DenseEngine, Engine, EventEngine};
 use serde_json::json;
 use spikeloop::host::Deployment;
 use spikeloop::npz::{self, Npz};
-use spikeloop::report::tables::plain;
+use spikeloop::report::tables::{micro, plain};
 
-use crate::cli::args::{EngineArg, RunArgs};
-use crate::cli::output::{self, REVISION, print_header, progress};
+use crate::cli::args::{EngineArg, RunArgs, STEPS_MAX};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 /// Steps between two looks at the progress bar.
 const STEPS_PER_TICK: usize = 256;
+/// Most spikes that are kept, 16 bytes each.
+const RECORDED_MAX: usize = 1 << 26;
+
+/// (step, port, line).
+type InputSpike = (u64, u32, u32);
 
 pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
+    check_outputs(args.output.iter().chain(&args.json), [&*args.map, &*args.spikes])?;
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
-    print_header(None, &[(deployment.network.clone(), digest.clone())]);
     let map = Arc::clone(&deployment.map);
     let spikes = read_spikes(&map, args)?;
-    let steps = args.steps.unwrap_or_else(|| default_steps(&map, &spikes));
+    let steps = steps(&map, args, &spikes)?;
+    say(header(None, &[(deployment.network.clone(), digest.clone())]))?;
+    let late = spikes.len() - spikes.partition_point(|spike| spike.0 < steps as u64);
+    say(format_args!("{} input spikes, {late} of them after the last step", spikes.len()))?;
     let mut engine: Box<dyn Engine> = match args.engine {
         EngineArg::Event => Box::new(EventEngine::with_threads(Arc::clone(&map), args.threads)),
         EngineArg::Dense => Box::new(DenseEngine::new(Arc::clone(&map))),
@@ -34,7 +43,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
     let record = run_steps(engine.as_mut(), steps, &spikes)?;
     let wall_s = started.elapsed().as_secs_f64();
     let populations = named_spikes(&map, &record);
-    print_result(engine.as_ref(), &populations, steps, wall_s);
+    print_result(engine.as_ref(), &populations, steps, wall_s)?;
     if let Some(path) = &args.output {
         output::write(path, &npz_bytes(&populations)?)?;
     }
@@ -45,53 +54,87 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
     Ok(Verdict::Good)
 }
 
-/// Arrays `PORT_t` and `PORT_i` of every port as (step, port, line).
-fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<Vec<(u64, u32, u32)>, Failure> {
+/// Arrays `PORT_t` and `PORT_i` of every port, by step.
+fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<Vec<InputSpike>, Failure> {
     let mut npz = Npz::open(&args.spikes)?;
     let mut spikes = Vec::new();
     for (port, about) in map.ports().iter().enumerate() {
-        let name = &about.name;
-        let steps = npz.ints(&format!("{name}_t"))?.values;
-        let lines = npz.ints(&format!("{name}_i"))?.values;
-        if steps.len() != lines.len() {
-            let (file, t, i) = (args.spikes.display(), steps.len(), lines.len());
-            return Err(format!(
-                "{file}: {name}_t has {t} elements, {name}_i has {i}; they must be pairs"
-            )
-            .into());
-        }
-        for (index, (step, line)) in steps.into_iter().zip(lines).enumerate() {
-            let (Ok(step), Ok(line)) = (u64::try_from(step), u32::try_from(line)) else {
-                let file = args.spikes.display();
-                return Err(format!("{file}: element {index} of {name}_t, {name}_i is ({step}, {line}), must be 0 or more").into());
-            };
-            spikes.push((step, port as u32, line));
-        }
+        let steps = npz.flat_ints(&format!("{}_t", about.name))?;
+        let lines = npz.flat_ints(&format!("{}_i", about.name))?;
+        let pairs = port_spikes(port as u32, about, &steps, &lines);
+        spikes.extend(pairs.map_err(|problem| format!("{}: {problem}", args.spikes.display()))?);
     }
+    spikes.sort_unstable();
     Ok(spikes)
 }
 
-fn default_steps(map: &CoreMap, spikes: &[(u64, u32, u32)]) -> usize {
-    let last = spikes.iter().map(|(step, ..)| *step).max().unwrap_or(0);
-    last as usize + 1 + map.populations().len()
+/// The spikes of one port, or what is wrong with them.
+fn port_spikes(
+    port: u32,
+    about: &HostPort,
+    steps: &[i64],
+    lines: &[i64],
+) -> Result<Vec<InputSpike>, String> {
+    let name = &about.name;
+    if steps.len() != lines.len() {
+        return Err(format!(
+            "{name}_t has {} elements, {name}_i has {}; they must be pairs",
+            steps.len(),
+            lines.len()
+        ));
+    }
+    let spike = |(index, (step, line)): (usize, (&i64, &i64))| {
+        let there = u32::try_from(*line).ok().filter(|line| *line < about.lines);
+        match (u64::try_from(*step), there) {
+            (Ok(step), Some(line)) => Ok((step, port, line)),
+            (Err(_), _) => Err(format!("element {index} of {name}_t is {step}, must be 0 or more")),
+            (_, None) => Err(format!(
+                "element {index} of {name}_i is {line}, must be 0..={} (lines of port {name}); another network's file?",
+                i64::from(about.lines) - 1
+            )),
+        }
+    };
+    steps.iter().zip(lines).enumerate().map(spike).collect()
 }
 
+/// The steps asked for, or until the last input has gone through every population.
+fn steps(map: &CoreMap, args: &RunArgs, spikes: &[InputSpike]) -> Result<usize, Failure> {
+    if let Some(steps) = args.steps {
+        return Ok(steps);
+    }
+    let last = spikes.last().map_or(0, |spike| spike.0);
+    let steps = last.saturating_add(1 + map.populations().len() as u64);
+    usize::try_from(steps).ok().filter(|steps| *steps <= STEPS_MAX).ok_or_else(|| {
+        format!(
+            "{}: the last input spike is at step {last}, limit {STEPS_MAX} steps; give --steps N to run the first N",
+            args.spikes.display()
+        )
+        .into()
+    })
+}
+
+/// `spikes` must be sorted.
 fn run_steps(
     engine: &mut dyn Engine,
     steps: usize,
-    spikes: &[(u64, u32, u32)],
+    spikes: &[InputSpike],
 ) -> Result<SpikeRecord, Failure> {
     let mut record = SpikeRecord::all(engine.map());
     let bar = progress(steps as u64, "chip steps");
-    let mut sorted = spikes.to_vec();
-    sorted.sort_unstable();
     for start in (0..steps).step_by(STEPS_PER_TICK) {
         let n = STEPS_PER_TICK.min(steps - start);
-        let from = sorted.partition_point(|s| s.0 < start as u64);
-        let to = sorted.partition_point(|s| s.0 < (start + n) as u64);
-        let part = sorted[from..to].iter().map(|(t, port, line)| (t - start as u64, *port, *line));
-        let stimulus = Stimulus::new(engine.map(), n, part)?;
-        engine.run(&stimulus, &mut record);
+        let from = spikes.partition_point(|s| s.0 < start as u64);
+        let to = spikes.partition_point(|s| s.0 < (start + n) as u64);
+        let part = spikes[from..to].iter().map(|(t, port, line)| (t - start as u64, *port, *line));
+        engine.run(&Stimulus::new(engine.map(), n, part)?, &mut record);
+        if record.spikes.len() > RECORDED_MAX {
+            return Err(format!(
+                "{} spikes after {} of {steps} steps, limit {RECORDED_MAX}; run fewer --steps",
+                record.spikes.len(),
+                start + n
+            )
+            .into());
+        }
         bar.inc(n as u64);
     }
     bar.finish_and_clear();
@@ -127,15 +170,15 @@ fn print_result(
     populations: &[(String, PopulationSpikes)],
     steps: usize,
     wall_s: f64,
-) {
+) -> Result<(), Failure> {
     let mut table = plain(&["population", "spikes", "SHA-256 of (t, i)"]);
     for (name, spikes) in populations {
         table.add_row([name.clone(), spikes.len().to_string(), spikes_digest(spikes)]);
     }
-    println!("{table}");
+    say(table)?;
     let counts = engine.total_counts();
     for (name, count) in counts.named().into_iter().filter(|(_, count)| *count > 0) {
-        println!("{name:24} {count:>14}");
+        say(format_args!("{name:24} {count:>14}"))?;
     }
     let mut costs =
         plain(&["cost table", "dynamic energy (uJ)", "chip time (us)", "static energy (uJ)"]);
@@ -143,16 +186,16 @@ fn print_result(
     for (table, time_ps) in chip.cost_tables.iter().zip(engine.chip_time_ps()) {
         costs.add_row([
             table.name.clone(),
-            format!("{:.2}", table.energy(&counts).total_fj() as f64 / 1e9),
+            micro(table.energy(&counts).total_fj(), 1.0),
             format!("{:.1}", *time_ps as f64 / 1e6),
-            format!("{:.2}", chip.static_power.chip_mw * *time_ps as f64 / 1e9),
+            micro((chip.static_power.chip_mw * *time_ps as f64) as u64, 1.0),
         ]);
     }
-    println!("{costs}");
+    say(costs)?;
     let per_s = counts.synaptic_ops() as f64 / wall_s.max(1e-9);
-    println!(
+    say(format_args!(
         "{steps} steps in {wall_s:.3} s of wall-clock time: {per_s:.3e} synaptic operations/s"
-    );
+    ))
 }
 
 fn as_json(

@@ -52,6 +52,22 @@ pub enum CompileError {
         /// What to do.
         advice: &'static str,
     },
+    /// One layer alone needs more cores than the chip has.
+    #[error(
+        "layer {layer}: its {neurons} neurons need more cores than the limit of {limit} ({chip}.cores); {advice}"
+    )]
+    LayerTooLarge {
+        /// Layer.
+        layer: String,
+        /// Its neurons.
+        neurons: usize,
+        /// Cores there are.
+        limit: u32,
+        /// Name of the chip.
+        chip: String,
+        /// What would make it fit.
+        advice: &'static str,
+    },
     /// The cores of the chip do not suffice.
     #[error("{needed} cores needed, limit {limit} ({chip}.cores): {breakdown}; {advice}")]
     Cores {

@@ -68,6 +68,9 @@ impl Placer<'_> {
         let per_core = per_core.min(self.chip.limits.compartments_per_core as usize);
         let mut n_parts = neurons.div_ceil(per_core);
         loop {
+            if n_parts > self.chip.limits.cores as usize {
+                return Err(self.too_many_parts(population));
+            }
             let len = neurons.div_ceil(n_parts);
             let parts: Vec<Part> = (0..neurons)
                 .step_by(len)
@@ -113,6 +116,21 @@ impl Placer<'_> {
         };
         let targets = self.parts.iter().flatten();
         targets.map(|target| target.sources.iter().filter(ours).count() as u64).sum()
+    }
+
+    /// More parts than cores: because one neuron is too large already, or there are too many.
+    fn too_many_parts(&self, population: usize) -> CompileError {
+        if let Some(excess) = self.excess(population, &self.part(population, 0, 1)) {
+            return self.too_large(population, excess);
+        }
+        let about = &self.graph.populations[population];
+        CompileError::LayerTooLarge {
+            layer: about.name.clone(),
+            neurons: about.neurons,
+            limit: self.chip.limits.cores,
+            chip: self.chip.name.clone(),
+            advice: "make the layer smaller, allow more neurons per core, or use a chip with more or larger cores",
+        }
     }
 
     fn too_large(&self, population: usize, excess: (&'static str, u64, u64)) -> CompileError {
@@ -169,12 +187,10 @@ impl Placer<'_> {
             .collect();
         let largest =
             self.graph.populations.iter().zip(&self.parts).max_by_key(|(_, parts)| parts.len());
-        let advice = largest.map_or_else(String::new, |(population, parts)| {
+        let advice = largest.map_or_else(String::new, |(population, _)| {
             format!(
-                "{} takes most: with {} neurons or fewer on its {} cores' budget it would fit, or use a chip with more cores",
-                population.name,
-                population.neurons * parts.len().saturating_sub(needed - limit as usize) / parts.len(),
-                parts.len()
+                "make {} smaller, which takes most, allow more neurons per core, or use a chip with more or larger cores",
+                population.name
             )
         });
         let (chip, breakdown) = (self.chip.name.clone(), breakdown.join(", "));

@@ -10,6 +10,7 @@ use hw_model::fixed::DECAY_UNIT;
 use crate::compile::error::CompileError;
 use crate::compile::graph::{GraphPopulation, IntegerGraph, Projection, Signs, Source};
 use crate::compile::policy::{Policy, Scale};
+use crate::net::network::RELAY_NAMES;
 use crate::net::{Layer, Network};
 
 /// Name of the port that takes the encoder's spikes.
@@ -19,6 +20,9 @@ pub const BIAS_PORT: &str = "bias";
 /// Relay neurons spike on every input: 120 > 100, as in SAN's `loihi_network`.
 const RELAY_WEIGHT: i16 = 120;
 const RELAY_THRESHOLD: u32 = 100;
+/// Largest power of two by which a bias mantissa stands for more than a weight's: a larger bias
+/// lowers the layer's scale.
+const BIAS_SHIFT_MAX: u32 = 7;
 
 /// A layer in integers.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,10 +150,12 @@ fn aligned_scale(layer: &Layer, policy: &Policy, unit: f64) -> (f64, u32) {
     let (weight_max, bias_max) = (max_magnitude(&layer.weights), max_magnitude(&layer.bias));
     // A layer without weights is scaled by its bias.
     let largest = policy.mantissa_max() / if weight_max > 0.0 { weight_max } else { bias_max };
+    let bias_limit = |shift: u32| policy.mantissa_max() * f64::from(1u32 << shift);
+    let largest = largest.min(bias_limit(BIAS_SHIFT_MAX) / bias_max);
     let whole = (layer.threshold * largest * unit).floor();
     let scale = if whole >= 1.0 { whole / unit / layer.threshold } else { largest };
-    let fits = |shift: &u32| bias_max * scale <= policy.mantissa_max() * f64::from(1u32 << shift);
-    (scale, (0..=7).find(fits).unwrap_or(7))
+    let fits = |shift: &u32| bias_max * scale <= bias_limit(*shift);
+    (scale, (0..BIAS_SHIFT_MAX).find(fits).unwrap_or(BIAS_SHIFT_MAX))
 }
 
 fn max_magnitude(values: &[f32]) -> f64 {
@@ -189,7 +195,8 @@ pub fn quantize(
         projections: Vec::new(),
     };
     let (mut source, bias_source) = if network.relay {
-        (add_relay(&mut graph, 0, "relay"), add_relay(&mut graph, 1, "bias_relay"))
+        let [inputs, biases] = RELAY_NAMES;
+        (add_relay(&mut graph, 0, inputs), add_relay(&mut graph, 1, biases))
     } else {
         (Source::Port(0), Source::Port(1))
     };

@@ -14,10 +14,10 @@ use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
 use crate::compile::{CompileError, IntegerGraph, Policy, place};
 use crate::net::integer::IntegerNet;
-use crate::net::{Network, RateEncoder};
+use crate::net::{MAP_LABEL, Network, RateEncoder};
 
 const KIND: Kind = Kind {
-    label: *b"SPIKELP\0",
+    label: MAP_LABEL,
     version: 1,
     advice: "compile the network again with `spikeloop compile`",
 };
@@ -72,9 +72,15 @@ pub struct DecisionProgram {
 /// A deployment file that cannot be used.
 #[derive(Debug, Error)]
 pub enum DeploymentError {
+    /// Not a core map at all.
+    #[error("{file}: not a core map; make one with `spikeloop compile NETWORK -o MAP`")]
+    NotMap {
+        /// The file.
+        file: String,
+    },
     /// Not a sound container.
     #[error(transparent)]
-    Container(#[from] ContainerError),
+    Container(ContainerError),
     /// The map in it does not pass the chip's checks.
     #[error("{file}: {source}")]
     Map {
@@ -91,6 +97,15 @@ pub enum DeploymentError {
         /// What is wrong.
         problem: String,
     },
+}
+
+impl From<ContainerError> for DeploymentError {
+    fn from(error: ContainerError) -> Self {
+        match error {
+            ContainerError::Label { file, .. } => Self::NotMap { file },
+            other => Self::Container(other),
+        }
+    }
 }
 
 impl Deployment {
@@ -232,6 +247,10 @@ impl DecisionProgram {
 
     /// What does not go with `map`, in words.
     fn check(&self, map: &CoreMap) -> Result<(), String> {
+        let bad_scale = |(_, scale): &(&str, f64)| !(*scale > 0.0 && scale.is_finite());
+        if let Some((name, scale)) = self.encoder.scales().into_iter().find(bad_scale) {
+            return Err(format!("encoder: {name} = {scale}, must be positive and finite"));
+        }
         let lines = |port: u32| map.ports().get(port as usize).map(|port| port.lines as usize);
         let steps_max = 1 << 16;
         if self.steps == 0 || self.chip_steps > steps_max || self.steps > self.chip_steps {

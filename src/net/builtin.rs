@@ -14,14 +14,12 @@ const SAN: &str = include_str!("builtin/san.toml");
 /// Names of the built-in descriptions.
 pub const NAMES: [&str; 2] = ["reflex", "san"];
 
-/// Reads a network from a description file or by its built-in name.
+/// Reads a network by its built-in name or from a description file. A file that is called like a
+/// built-in network needs its folder: `./san`.
 ///
 /// Errors: as [`description::read`]; an unknown name; a built-in network without its weights.
 pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
     let path = Path::new(name);
-    if path.exists() || path.extension().is_some() {
-        return description::read(path, weights);
-    }
     match (name, weights) {
         ("reflex", None) => Ok(reflex::network()),
         ("reflex", Some(weights)) => Err(NetError::Syntax {
@@ -33,6 +31,7 @@ pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
             description::from_memory("san", SAN, &weights.display().to_string(), &bytes)
         }
         ("san", None) => Err(NetError::NoWeights { file: "san".to_owned() }),
+        _ if path.exists() || path.extension().is_some() => description::read(path, weights),
         _ => Err(NetError::Unknown { name: name.to_owned(), known: NAMES.join(", ") }),
     }
 }

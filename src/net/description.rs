@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::files;
 use crate::net::encoder::{RATE_INPUTS, RateEncoder};
 use crate::net::error::NetError;
-use crate::net::network::{Layer, Network};
+use crate::net::network::{Layer, Network, RELAY_NAMES};
 
 /// Version of the description format.
 const FORMAT: u32 = 1;
@@ -16,6 +16,9 @@ const FORMAT: u32 = 1;
 const RATE_OUTPUTS: usize = 2;
 const NEURONS_MAX: usize = 1 << 20;
 const STEPS_MAX: u32 = 1 << 12;
+const LAYERS_MAX: usize = 256;
+/// Longest name of a network, in bytes.
+const NAME_LEN_MAX: usize = 256;
 
 /// A description file as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -66,7 +69,7 @@ struct LayerDescription {
 /// type, weights that are not finite.
 pub fn read(path: &Path, weights: Option<&Path>) -> Result<Network, NetError> {
     let file = path.display().to_string();
-    let text = files::read_text(path)?;
+    let text = crate::net::text_of(path)?;
     let description = parse(&file, &text)?;
     let named = description.weights.as_ref();
     let weights = match (weights, named) {
@@ -110,6 +113,18 @@ fn check(file: &str, d: &Description) -> Result<(), NetError> {
     if !(1..=STEPS_MAX).contains(&d.steps) {
         return Err(value("header", "steps", d.steps.to_string(), &format!("1..={STEPS_MAX}")));
     }
+    if !(1..=NAME_LEN_MAX).contains(&d.name.len()) || d.name.chars().any(char::is_control) {
+        let limit = format!("1..={NAME_LEN_MAX} characters on one line");
+        return Err(value("header", "name", format!("{:?}", d.name), &limit));
+    }
+    if d.layers.len() > LAYERS_MAX {
+        return Err(value(
+            "layers",
+            "number",
+            d.layers.len().to_string(),
+            &format!("1..={LAYERS_MAX}"),
+        ));
+    }
     let EncoderDescription::Rate(encoder) = &d.encoder;
     for (what, scale) in encoder.scales() {
         if !(scale > 0.0 && scale.is_finite()) {
@@ -117,9 +132,18 @@ fn check(file: &str, d: &Description) -> Result<(), NetError> {
         }
     }
     for layer in &d.layers {
+        if d.relay && RELAY_NAMES.contains(&layer.name.as_str()) {
+            let limit = "another name (the relay neurons of `relay = true` have this one)";
+            return Err(value("layer", "name", layer.name.clone(), limit));
+        }
         if !(1..=NEURONS_MAX).contains(&layer.neurons) {
             let limit = format!("1..={NEURONS_MAX}");
-            return Err(value(&layer.name, "neurons", layer.neurons.to_string(), &limit));
+            return Err(value(
+                &format!("layer {}", layer.name),
+                "neurons",
+                layer.neurons.to_string(),
+                &limit,
+            ));
         }
         let keeps = [
             ("keep_current", layer.keep_current.unwrap_or(d.keep_current)),
@@ -127,7 +151,12 @@ fn check(file: &str, d: &Description) -> Result<(), NetError> {
         ];
         for (what, keep) in keeps {
             if !(0.0..=1.0).contains(&keep) {
-                return Err(value(&layer.name, what, keep.to_string(), "in 0..=1"));
+                return Err(value(
+                    &format!("layer {}", layer.name),
+                    what,
+                    keep.to_string(),
+                    "in 0..=1",
+                ));
             }
         }
         let threshold = layer.threshold.unwrap_or(d.threshold);

@@ -114,7 +114,7 @@ fn numbers_out_of_range_are_refused() {
     assert_eq!(error_of("steps = 5", "steps = 0"), "n.toml: header: steps = 0, must be 1..=4096");
     assert_eq!(
         error_of("keep_current = 0.5", "keep_current = 1.5"),
-        "n.toml: a: keep_current = 1.5, must be in 0..=1"
+        "n.toml: layer a: keep_current = 1.5, must be in 0..=1"
     );
     assert_eq!(
         error_of("laser_scale_m = 0.35", "laser_scale_m = 0.0"),

@@ -22,6 +22,12 @@ pub enum NetError {
         /// What the reader found, with line and column.
         message: String,
     },
+    /// A core map where a network is expected.
+    #[error("{file}: is a compiled core map; give the network that it was made from")]
+    CoreMap {
+        /// The file.
+        file: String,
+    },
     /// No built-in network has this name.
     #[error("{name}: neither a file nor a built-in network (there is: {known})")]
     Unknown {

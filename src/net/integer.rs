@@ -6,9 +6,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::files;
 use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
+
+const NEURONS_MAX: usize = 1 << 20;
 
 /// An integer network, checked for consistency of its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,7 +80,7 @@ struct ProjectionForm {
 ///
 /// Errors: unreadable files, unknown kinds, names without a population, arrays of another shape.
 pub fn read(path: &Path, weights: Option<&Path>) -> Result<IntegerNet, NetError> {
-    let text = files::read_text(path)?;
+    let text = crate::net::text_of(path)?;
     let weights = weights.map_or_else(|| path.with_extension("npz"), Path::to_path_buf);
     let mut npz = Npz::open(&weights)?;
     from_parts(&path.display().to_string(), &text, &mut npz)
@@ -125,12 +126,10 @@ pub fn from_parts(file: &str, text: &str, npz: &mut Npz) -> Result<IntegerNet, N
 
 fn population(file: &str, form: &PopulationForm) -> Result<IntegerPopulation, NetError> {
     let syntax = |message: String| NetError::Syntax { file: file.to_owned(), message };
-    if form.n == 0 || form.n > 1 << 22 {
+    if !(1..=NEURONS_MAX).contains(&form.n) {
         return Err(syntax(format!(
-            "population {}: n = {}, must be 1..={}",
-            form.name,
-            form.n,
-            1 << 22
+            "population {}: n = {}, must be 1..={NEURONS_MAX}",
+            form.name, form.n
         )));
     }
     if form.bias != 0 {
@@ -171,8 +170,11 @@ fn dense_weights(
         return Err(error(format!("shape {:?}", array.shape), format!("shape {shape:?}")));
     }
     let narrow = |value: &i64| {
-        i16::try_from(*value)
-            .map_err(|_| error(format!("weight {value}"), "mantissas in -256..=254".to_owned()))
+        let mantissa =
+            i16::try_from(*value).ok().filter(|m| (-256..=254).contains(m) && m % 2 == 0);
+        mantissa.ok_or_else(|| {
+            error(format!("weight {value}"), "even mantissas in -256..=254".to_owned())
+        })
     };
     array.values.iter().map(narrow).collect()
 }

@@ -41,6 +41,9 @@ pub struct Layer {
     pub threshold: f64,
 }
 
+/// Populations that a relayed network adds to its layers.
+pub const RELAY_NAMES: [&str; 2] = ["relay", "bias_relay"];
+
 impl Network {
     /// Number of inputs of the first layer.
     pub fn inputs(&self) -> usize {

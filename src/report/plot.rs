@@ -86,7 +86,7 @@ impl Frame {
                     x - 6.0,
                     y - 6.0,
                     trial.trial,
-                    trial.outcome,
+                    escape(&trial.outcome),
                     trial
                         .hit
                         .as_ref()
@@ -154,13 +154,16 @@ fn thinned(points: &[[i32; 3]]) -> impl Iterator<Item = [i32; 3]> + '_ {
     let mut drawn: Option<[i32; 3]> = None;
     let last = points.len().saturating_sub(1);
     points.iter().enumerate().filter_map(move |(index, point)| {
-        let far =
-            drawn.is_none_or(|[x, y, _]| x.abs_diff(point[0]) + y.abs_diff(point[1]) >= STRIDE_MM);
+        let far = drawn.is_none_or(|[x, y, _]| {
+            x.abs_diff(point[0]).saturating_add(y.abs_diff(point[1])) >= STRIDE_MM
+        });
         (far || index == last).then(|| *drawn.insert(*point))
     })
 }
 
-/// Text safe inside SVG and HTML.
+/// Text safe inside SVG and HTML, which cannot hold control characters.
 pub fn escape(text: &str) -> String {
+    let shown = |c: char| if c.is_control() && c != '\n' { '\u{fffd}' } else { c };
+    let text: String = text.chars().map(shown).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

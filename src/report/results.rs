@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use hw_model::ChipSpec;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use crate::closed_loop::{Outcome, TrialConfig};
 use crate::evaluate::Flown;
@@ -32,6 +33,49 @@ pub struct DriveResult {
     pub pairs_mm: Vec<[i32; 5]>,
     /// One entry for each driver and seed.
     pub drivers: Vec<DriverResult>,
+}
+
+/// A result file that cannot be used.
+#[derive(Debug, Error)]
+pub enum ResultError {
+    /// Not JSON of the expected form.
+    #[error("{file}: not a result of `spikeloop drive --json` ({message})")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What the reader found, with line and column.
+        message: String,
+    },
+    /// Written by another version of this program.
+    #[error("{file}: format {found} found, {RESULT_FORMAT} expected; drive again")]
+    Format {
+        /// The file.
+        file: String,
+        /// Format in the file.
+        found: u64,
+    },
+}
+
+impl DriveResult {
+    /// Reads the text of a result; `file` is the name that errors mention.
+    ///
+    /// Errors: not a result, or one of another format.
+    pub fn from_json(file: &str, text: &str) -> Result<Self, ResultError> {
+        #[derive(Deserialize)]
+        struct Head {
+            format: u64,
+        }
+        let syntax = |e: serde_json::Error| ResultError::Syntax {
+            file: file.to_owned(),
+            message: e.to_string(),
+        };
+        // The format first: another one has other fields.
+        let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
+        if found != u64::from(RESULT_FORMAT) {
+            return Err(ResultError::Format { file: file.to_owned(), found });
+        }
+        serde_json::from_str(text).map_err(syntax)
+    }
 }
 
 /// Settings that a reader needs to repeat the run.

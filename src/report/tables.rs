@@ -90,11 +90,13 @@ pub fn overflow_line(chip: &ChipResult) -> Option<String> {
 
 /// Synaptic operations of all forms.
 pub fn synaptic_ops(counters: &std::collections::BTreeMap<String, u64>) -> u64 {
-    counters.iter().filter(|(name, _)| name.starts_with("synaptic_ops")).map(|(_, n)| n).sum()
+    let of_synapses = counters.iter().filter(|(name, _)| name.starts_with("synaptic_ops"));
+    of_synapses.fold(0, |sum, (_, n)| sum.saturating_add(*n))
 }
 
 fn updates(chip: &ChipResult) -> u64 {
-    ["updates_inactive", "updates_active", "updates_spiking"].iter().map(|n| counter(chip, n)).sum()
+    let names = ["updates_inactive", "updates_active", "updates_spiking"];
+    names.iter().fold(0, |sum, name| sum.saturating_add(counter(chip, name)))
 }
 
 fn counter(chip: &ChipResult, name: &str) -> u64 {
@@ -106,18 +108,23 @@ fn per(count: u64, decisions: f64) -> String {
 }
 
 /// Femtojoules per decision as microjoules, with three digits that say something.
-fn micro(fj: u64, decisions: f64) -> String {
+pub fn micro(fj: u64, decisions: f64) -> String {
     let uj = fj as f64 / decisions / 1e9;
     let decimals = if uj >= 1.0 { 2 } else { 5 };
     format!("{uj:.decimals$}")
 }
 
+/// Columns of text beside the first one.
+const TEXT_COLUMNS: [&str; 2] = ["holds", "cost table"];
+
 /// A table without frills, numbers to the right.
 pub fn plain(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN).set_header(header.to_vec());
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
+    for (column, title) in table.column_iter_mut().zip(header).skip(1) {
+        if !TEXT_COLUMNS.contains(title) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
     }
     table
 }

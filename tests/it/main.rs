@@ -1,7 +1,10 @@
 //! Integration tests, one binary.
 
+mod bad_input;
+mod cli;
 mod closed_loop;
 mod fixtures;
+mod fuzz;
 mod golden;
 mod nets;
 mod san;

@@ -61,7 +61,8 @@ impl Noise {
         }
         let mut passed_s = wait_s(&mut draw, rate_hz);
         while passed_s < STEP_S {
-            let (pixel, on, kept) = (draw.below(PIXELS as u64) as usize, draw.uniform() < 0.5, draw.uniform());
+            let (pixel, on, kept) =
+                (draw.below(PIXELS as u64) as usize, draw.uniform() < 0.5, draw.uniform());
             if kept < shot_share(shades[pixel]) && mark(&mut fired, pixel) {
                 pixels.disturb(pixel, start_us + time_us(passed_s / STEP_S), on, events);
             }

@@ -88,7 +88,8 @@ impl Pixels {
         for pixel in 0..PIXELS {
             let shade = usize::from(shades[pixel]);
             let before = self.value[pixel];
-            let value = before + self.responses[response_idx].share[shade] * (self.ln[shade] - before);
+            let value =
+                before + self.responses[response_idx].share[shade] * (self.ln[shade] - before);
             let memory = self.memory[pixel];
             let leaked = memory - leak_share * self.threshold_on[pixel];
             self.value[pixel] = value;

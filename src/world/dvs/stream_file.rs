@@ -190,12 +190,8 @@ impl EventStream {
         let p = other("p", 1)?;
         let duration_us = (n_steps * STEP_US) as i64;
         check(file, "t", &t, |i| if i == 0 { 1 } else { t[i - 1] }, duration_us)?;
-        let event = |i: usize| Event {
-            t_us: t[i] as u64,
-            y: y[i] as u8,
-            x: x[i] as u8,
-            on: p[i] == 1,
-        };
+        let event =
+            |i: usize| Event { t_us: t[i] as u64, y: y[i] as u8, x: x[i] as u8, on: p[i] == 1 };
         Ok(Self { events: (0..t.len()).map(event).collect(), n_steps })
     }
 }

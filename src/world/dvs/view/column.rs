@@ -72,8 +72,8 @@ pub(super) fn draw_column(
 
 fn draw_hit(hit: &Hit, projection: &Projection, x: usize, rows: Range<usize>, shades: &mut [u8]) {
     let pixel_m = hit.depth_m / projection.focal_px();
-    let kept = kept_contrast(PATCH_WIDTH_M, hit.footprint_m)
-        .min(kept_contrast(PATCH_HEIGHT_M, pixel_m));
+    let kept =
+        kept_contrast(PATCH_WIDTH_M, hit.footprint_m).min(kept_contrast(PATCH_HEIGHT_M, pixel_m));
     let along = hit.along_m / PATCH_WIDTH_M;
     let (mut patch_row, mut shade) = (i64::MIN, 0);
     for y in rows {

@@ -1,6 +1,7 @@
 //! Verbs of the command line. Everything that prints, reads the clock or writes files is here.
 
 mod args;
+mod camera;
 mod compile;
 mod demo;
 mod drive;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Run(args) => run::run(&args),
         Verb::Drive(args) => drive::run(&args),
+        Verb::Camera(args) => camera::run(&args),
         Verb::Demo(args) => demo::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Trace(args) => trace::run(&args),

@@ -22,6 +22,14 @@ pub mod stream {
     pub const ACTION_NOISE: &str = "action.noise";
     /// Start and goal positions of generated trials.
     pub const TRIAL_PAIRS: &str = "trial.pairs";
+    /// Thresholds of the event camera's pixels, drawn once per device.
+    pub const DVS_THRESHOLDS: &str = "dvs.thresholds";
+    /// Places of the event camera's hot pixels, drawn once per device.
+    pub const DVS_HOT_PIXELS: &str = "dvs.hot_pixels";
+    /// How far each pixel of the event camera is from its next leak event when a trial starts.
+    pub const DVS_START: &str = "dvs.start";
+    /// Noise events of the event camera, one stream per physics step.
+    pub const DVS_NOISE: &str = "dvs.noise";
     /// Stimuli made by the trace tool and by benches.
     pub const STIMULUS: &str = "stimulus";
 }

@@ -6,6 +6,7 @@
 
 pub mod arena;
 mod bounded_file;
+pub mod dvs;
 pub mod geometry;
 pub mod laser;
 pub mod mover;

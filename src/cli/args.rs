@@ -36,6 +36,8 @@ pub(super) enum Verb {
     Run(RunArgs),
     /// Drive a robot through an arena with a network (float) or a core map (chip)
     Drive(DriveArgs),
+    /// Drive with an event camera; print its statistics, write its events and pictures
+    Camera(CameraArgs),
     /// The whole loop in one command: compile, drive float and chip, report
     Demo(DemoArgs),
     /// Put results of `drive` into one HTML page
@@ -123,9 +125,12 @@ pub(super) struct DriveArgs {
     /// Weights of the networks that are not core maps
     #[arg(long, value_name = "FILE")]
     pub(super) weights: Option<PathBuf>,
-    /// Arena file, or a built-in name (courtyard, courtyard-moving)
+    /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
     #[arg(long, default_value = "courtyard", value_name = "FILE|NAME")]
     pub(super) arena: String,
+    /// Leave out the arena's movers
+    #[arg(long = "static")]
+    pub(super) without_movers: bool,
     /// Start and goal of each trial; drawn from the seed when not given
     #[arg(long, value_name = "FILE")]
     pub(super) pairs: Option<PathBuf>,
@@ -165,6 +170,44 @@ pub(super) struct DriveArgs {
     /// Picture of the trajectories (.svg)
     #[arg(long, value_name = "FILE")]
     pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct CameraArgs {
+    /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
+    #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
+    pub(super) arena: String,
+    /// What drives: description file or built-in name (float), or `straight`
+    #[arg(long, default_value = "reflex", value_name = "straight|NETWORK")]
+    pub(super) driver: String,
+    /// Weights of the network
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// Seed of all random streams
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Simulated time of each condition, in whole seconds
+    #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=2000))]
+    pub(super) seconds: u64,
+    /// Fastest wheel speed
+    #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
+    pub(super) v_max: f64,
+    /// Horizontal field of view
+    #[arg(long, default_value_t = 90.0, value_name = "DEG")]
+    pub(super) field_of_view: f64,
+    /// Deviation of ln intensity over the surfaces
+    #[arg(long, default_value_t = 0.7, value_name = "LN")]
+    pub(super) contrast: f64,
+    /// Events of the drive to write (.npz): arrays t (us), x, y, p and duration (us)
+    #[arg(long, value_name = "OUT.npz")]
+    pub(super) events: Option<PathBuf>,
+    /// Folder for pictures of the drive, one per control tick: the view with its events, then
+    /// five event frames
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) frames: Option<PathBuf>,
+    /// Statistics to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
 }
 
 #[derive(Debug, ClapArgs)]

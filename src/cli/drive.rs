@@ -139,6 +139,11 @@ impl Flight {
                 generate_pairs(&world, n, PairRules::default(), Streams::new(args.seed, 0))?
             }
         };
+        // Pairs keep clear of movers in either condition, so that both fly the same ones.
+        let world = match args.without_movers {
+            true => World::new(world.arena().clone().without_movers()),
+            false => world,
+        };
         let threads = args.threads.unwrap_or_else(all_threads);
         Ok(Self { world, pairs, config, threads })
     }

@@ -62,13 +62,18 @@ impl<'w> Trial<'w> {
 
     /// One control tick: sensors, policy, wheels, physics. Does nothing after the end.
     pub fn tick(&mut self, policy: &mut dyn Policy) {
+        self.tick_with(policy, |_, _| {});
+    }
+
+    /// As [`Self::tick`], and `observe` sees every physics step as in [`Self::drive_with`].
+    pub fn tick_with(&mut self, policy: &mut dyn Policy, observe: impl FnMut(u64, &Pose)) {
         if self.end.is_some() {
             return;
         }
         let observation = self.observe();
         let action = policy.act(&observation, self.ticks);
         self.decisions += 1;
-        self.drive(action);
+        self.drive_with(action, observe);
     }
 
     /// What the robot senses now. The same for any number of calls within a tick.
@@ -89,12 +94,20 @@ impl<'w> Trial<'w> {
     ///
     /// Panics when a component of the action is not a number.
     pub fn drive(&mut self, action: Action) {
+        self.drive_with(action, |_, _| {});
+    }
+
+    /// As [`Self::drive`], and after every physics step `observe` is called with the number of
+    /// steps done and the robot's pose: sensors that are faster than the control tick, such as an
+    /// event camera, look there.
+    pub fn drive_with(&mut self, action: Action, mut observe: impl FnMut(u64, &Pose)) {
         let Action { left, right } = self.noisy(action);
         let command = Twist::of_wheels(left, right, self.config.wheel_speed_m_per_s_max);
         let steps_per_tick = self.config.steps_per_tick();
         for step in 1..=steps_per_tick {
             self.robot.step(command);
             self.steps += 1;
+            observe(self.steps, &self.robot.pose());
             let goal = if step == steps_per_tick { self.at_goal() } else { None };
             self.end = goal.or_else(|| self.in_contact());
             if self.end.is_some() {

@@ -8,7 +8,7 @@ mod record;
 mod write;
 
 pub use error::{ArenaError, ObstacleError};
-pub use named::list_named;
+pub use named::{EVALUATION_PAIRS, EVALUATION_SEED, list_named};
 
 use nalgebra::Point2;
 
@@ -86,6 +86,11 @@ impl Arena {
     /// Its name, for reports.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The same arena without its movers: the static condition.
+    pub fn without_movers(self) -> Self {
+        Self { movers: Vec::new(), ..self }
     }
 
     /// Where the robot must stay.

@@ -1,0 +1,88 @@
+//! One column of the picture: the things it meets, near to far.
+
+use core::ops::Range;
+
+use super::projection::Projection;
+use crate::world::dvs::texture::{Paint, floor, kept_contrast};
+use crate::world::dvs::{COLUMNS, ROWS};
+
+/// Size of a painted patch on upright surfaces.
+pub(super) const PATCH_WIDTH_M: f64 = 0.5;
+pub(super) const PATCH_HEIGHT_M: f64 = 0.25;
+
+/// Where a column meets the side of a thing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hit {
+    /// Depth along the heading.
+    pub(super) depth_m: f64,
+    /// Height of the thing.
+    pub(super) height_m: f64,
+    /// Place along the side.
+    pub(super) along_m: f64,
+    /// Width of the side that one pixel covers.
+    pub(super) footprint_m: f64,
+    pub(super) paint: Paint,
+    /// Whether it is a mover.
+    pub(super) moves: bool,
+}
+
+/// All hits of one column.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Column {
+    hits: Vec<Hit>,
+}
+
+impl Column {
+    pub(super) fn clear(&mut self) {
+        self.hits.clear();
+    }
+
+    pub(super) fn add(&mut self, hit: Hit) {
+        self.hits.push(hit);
+    }
+
+    pub(super) fn hits(&self) -> &[Hit] {
+        &self.hits
+    }
+}
+
+/// Draws the things that column `x` meets. Returns the rows that they cover: background is above,
+/// floor below. As no thing is lower than the lens, all that is behind the first one shows above
+/// the horizon only, and the covered rows have no gaps.
+pub(super) fn draw_column(
+    column: &mut Column,
+    projection: &Projection,
+    x: usize,
+    shades: &mut [u8],
+) -> Range<usize> {
+    column.hits.sort_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
+    let mut covered = ROWS / 2..ROWS / 2;
+    for (rank, hit) in column.hits.iter().enumerate() {
+        let top = projection.row(hit.height_m, hit.depth_m);
+        if rank == 0 {
+            covered = top..projection.row(0.0, hit.depth_m);
+            draw_hit(hit, projection, x, covered.clone(), shades);
+        } else if top < covered.start {
+            draw_hit(hit, projection, x, top..covered.start, shades);
+            covered.start = top;
+        }
+    }
+    covered
+}
+
+fn draw_hit(hit: &Hit, projection: &Projection, x: usize, rows: Range<usize>, shades: &mut [u8]) {
+    let pixel_m = hit.depth_m / projection.focal_px();
+    let kept =
+        kept_contrast(PATCH_WIDTH_M, hit.footprint_m).min(kept_contrast(PATCH_HEIGHT_M, pixel_m));
+    let along = hit.along_m / PATCH_WIDTH_M;
+    let (mut patch_row, mut shade) = (i64::MIN, 0);
+    for y in rows {
+        let z_m = projection.height_m() + hit.depth_m * projection.rise(y);
+        let row = floor(z_m / PATCH_HEIGHT_M);
+        if row != patch_row {
+            patch_row = row;
+            shade = hit.paint.brick(along, row, kept);
+        }
+        shades[y * COLUMNS + x] = shade;
+    }
+}

@@ -18,7 +18,7 @@ use spikeloop::world::geometry::Pose;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::CameraArgs;
-use crate::cli::output::{self, REVISION, print_header, progress};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 /// Event frames of a control tick at 20 Hz.
@@ -42,7 +42,8 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
     let mut policy = policy(args)?;
     let pairs =
         generate_pairs(&world, TRIALS_MAX, PairRules::default(), Streams::new(args.seed, 0))?;
-    print_header(Some(args.seed), &[]);
+    say(header(Some(args.seed), &[]))?;
+    check_outputs(args.events.iter().chain(&args.json), args.weights.as_deref())?;
     if let Some(folder) = &args.frames {
         std::fs::create_dir_all(folder)
             .map_err(|e| format!("{}: cannot make the folder: {e}", folder.display()))?;
@@ -58,20 +59,25 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
     let conditions = [Some(rest), passing, Some(drive.activity)];
     let summaries: Vec<Option<Summary>> =
         conditions.iter().map(|activity| activity.as_ref()?.summary()).collect();
-    println!("arena {}, {} drives at up to {} m/s", world.arena().name(), args.driver, args.v_max);
-    print_table(&summaries);
+    say(format_args!(
+        "arena {}, {} drives at up to {} m/s",
+        world.arena().name(),
+        args.driver,
+        args.v_max
+    ))?;
+    say(summary_table(&summaries))?;
     let ms_per_frame = 1e3 * drive.camera_s / drive.n_frames.max(1) as f64;
     let pictures = drive.n_pictures as f64 / drive.n_frames.max(1) as f64;
-    println!(
+    say(format_args!(
         "{} trials; {ms_per_frame:.3} ms per frame on one core, {pictures:.2} pictures drawn for each",
         drive.n_trials
-    );
+    ))?;
     if let Some(path) = &args.events {
         drive.stream.write(path)?;
-        println!("wrote {} ({} events)", path.display(), drive.stream.events().len());
+        say(format_args!("wrote {} ({} events)", path.display(), drive.stream.events().len()))?;
     }
     if let Some(folder) = &args.frames {
-        println!("wrote {} pictures to {}", drive.n_written, folder.display());
+        say(format_args!("wrote {} pictures to {}", drive.n_written, folder.display()))?;
     }
     if let Some(path) = &args.json {
         output::write(path, &serde_json::to_vec_pretty(&as_json(args, &summaries))?)?;
@@ -219,7 +225,7 @@ fn write_picture(folder: &Path, number: usize, panels: &[Panel]) -> Result<(), F
     Ok(spikeloop::files::write_atomically(&path, &png_of_panels(panels)?)?)
 }
 
-fn print_table(summaries: &[Option<Summary>]) {
+fn summary_table(summaries: &[Option<Summary>]) -> String {
     let mut table =
         plain(&["condition", "events/s", "Hz/px", "active % per 10 ms, median", "p95", "ON/OFF"]);
     for ((condition, measured), summary) in MEASURED.iter().zip(summaries) {
@@ -237,7 +243,7 @@ fn print_table(summaries: &[Option<Summary>]) {
         let measured = measured.iter().map(|range| (*range).to_owned());
         table.add_row(["  real sensors".to_owned()].into_iter().chain(measured));
     }
-    println!("{table}");
+    table.to_string()
 }
 
 fn as_json(args: &CameraArgs, summaries: &[Option<Summary>]) -> serde_json::Value {

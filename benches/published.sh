@@ -25,6 +25,15 @@ section "Three seeds, v_max 0.5 m/s, ideal actuators (published: 198 of 200, 18.
 "$spikeloop" drive san "$maps/san.map" "$maps/nearest.map" straight --weights "$weights" \
     "${world[@]}" --repeats 3
 
+section "Whole commands on this machine ($(nproc) cores), seconds of wall-clock time"
+TIMEFORMAT='%1R s'
+clock() { printf '%-28s' "$1"; shift; time "$@" >/dev/null; }
+clock "float, 200 trials" "$spikeloop" drive san --weights "$weights" "${world[@]}" 2>&1
+clock "chip, event, 200 trials" "$spikeloop" drive "$maps/san.map" "${world[@]}" 2>&1
+clock "chip, event, 10 trials" "$spikeloop" drive "$maps/san.map" "${world[@]}" --trials 10 2>&1
+clock "chip, dense, 10 trials" \
+    "$spikeloop" drive "$maps/san.map" "${world[@]}" --trials 10 --engine dense 2>&1
+
 section "Actuator lag and speed"
 for v_max in 0.5 1.0; do
     for actuators in ideal lag lag-0.4 lag-split-a lag-split-b; do

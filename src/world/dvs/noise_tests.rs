@@ -3,7 +3,7 @@ use super::*;
 /// Noise of `steps` steps over a picture of one shade.
 fn noise(config: &PixelConfig, shade: u8, seed: u64, steps: u64) -> Vec<Event> {
     let streams = Streams::new(seed, 0);
-    let shades = vec![shade; PIXELS];
+    let shades = [shade; PIXELS];
     let mut pixels = Pixels::new(config, 0, streams, &shades);
     let source = Noise::new(config, 0, streams);
     let mut all = Vec::new();
@@ -44,7 +44,7 @@ fn hot_pixels_are_few_and_the_same_in_every_trial() {
 fn a_pixel_that_fired_in_the_step_makes_no_noise() {
     let config = PixelConfig { n_hot_pixels: 1, hot_pixel_hz: 100.0, ..PixelConfig::quiet() };
     let streams = Streams::new(1, 0);
-    let shades = vec![100; PIXELS];
+    let shades = [100; PIXELS];
     let mut pixels = Pixels::new(&config, 0, streams, &shades);
     let source = Noise::new(&config, 0, streams);
     let hot = source.hot_pixels[0];

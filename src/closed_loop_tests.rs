@@ -248,3 +248,22 @@ fn a_trial_depends_on_its_seed_and_on_nothing_else() {
     assert_eq!(fly(1), fly(1));
     assert_ne!(fly(1).trajectory, fly(2).trajectory);
 }
+
+#[test]
+fn an_observer_sees_every_physics_step_and_changes_nothing() {
+    let world = field(vec![rectangle("crate", [6.001, -1.0], [7.0, 1.0])], vec![]);
+    let config = TrialConfig::eem_san(1.0);
+    let start = Pose::new(0.0, 0.0, 0.4);
+    let trial = || Trial::new(&world, start, Point2::new(9.0, 0.0), &config, Streams::new(1, 0));
+    let (mut plain, mut watched) = (trial().unwrap(), trial().unwrap());
+    let mut seen: Vec<(u64, Pose)> = Vec::new();
+    while plain.end().is_none() {
+        plain.tick(&mut StraightToGoal);
+        watched.tick_with(&mut StraightToGoal, |step, pose| seen.push((step, *pose)));
+        assert_eq!(seen.last().unwrap(), &(watched.steps(), watched.robot().pose()));
+    }
+    let steps: Vec<u64> = seen.iter().map(|(step, _)| *step).collect();
+    assert_eq!(steps, (1..=watched.steps()).collect::<Vec<_>>());
+    assert!(steps.len() > 50, "{}", steps.len());
+    assert_eq!(plain.into_outcome(), watched.into_outcome());
+}

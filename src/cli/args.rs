@@ -196,7 +196,7 @@ pub(super) struct CameraArgs {
     #[arg(long, default_value_t = 90.0, value_name = "DEG")]
     pub(super) field_of_view: f64,
     /// Deviation of ln intensity over the surfaces
-    #[arg(long, default_value_t = 0.7, value_name = "LN")]
+    #[arg(long, default_value_t = 0.5, value_name = "LN")]
     pub(super) contrast: f64,
     /// Events of the drive to write (.npz): arrays t (us), x, y, p and duration (us)
     #[arg(long, value_name = "OUT.npz")]

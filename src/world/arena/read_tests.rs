@@ -33,7 +33,7 @@ fn a_file_without_name_is_called_after_the_file() {
 fn a_missing_file_is_named_with_the_built_in_arenas() {
     let message = Arena::open("no/such.json").unwrap_err().to_string();
     assert!(message.starts_with("no/such.json: cannot be read: "), "{message}");
-    assert!(message.ends_with("; built-in arenas are courtyard, courtyard-moving"), "{message}");
+    assert!(message.ends_with("; built-in arenas are courtyard, courtyard-moving, map1, map2, train1, train2, train3, train4"), "{message}");
 }
 
 #[test]

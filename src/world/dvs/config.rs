@@ -49,7 +49,7 @@ impl Default for CameraConfig {
         Self {
             field_of_view_deg: 90.0,
             height_m: 0.4,
-            contrast: 0.7,
+            contrast: 0.5,
             texture: 0,
             device: 0,
             pixels: PixelConfig::default(),
@@ -68,7 +68,7 @@ impl Default for PixelConfig {
             leak_hz: 0.01,
             shot_noise_hz: 0.01,
             n_hot_pixels: 10,
-            hot_pixel_hz: 20.0,
+            hot_pixel_hz: 10.0,
         }
     }
 }

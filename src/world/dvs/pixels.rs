@@ -85,8 +85,8 @@ impl Pixels {
     pub(super) fn look(&mut self, shades: &[u8], interval: Interval, events: &mut Vec<Event>) {
         let leak_share = (self.leak_per_s * STEP_S / interval.per_step as f64) as f32;
         let response_idx = interval.per_step - 1;
-        for pixel in 0..PIXELS {
-            let shade = usize::from(shades[pixel]);
+        for (pixel, shade) in shades.iter().enumerate() {
+            let shade = usize::from(*shade);
             let before = self.value[pixel];
             let value =
                 before + self.responses[response_idx].share[shade] * (self.ln[shade] - before);

@@ -30,9 +30,13 @@ fn gradients_equal_finite_differences() {
         let mut values = actor.initial(&streams).values;
         // Larger weights, so that gradients of the first layers stand out.
         let noise = gaussians(11, values.len());
-        values.iter_mut().zip(&noise).for_each(|(value, noise)| *value += 0.3 * noise.abs());
+        for entry in actor.layout().entries().iter().filter(|e| e.name.ends_with("weight")) {
+            for at in entry.slot.range() {
+                values[at] += 0.3 * noise[at];
+            }
+        }
         let observations = gaussians(12, 3 * (3 + dvs));
-        let weights = gaussians(13, 3 * 2);
+        let weights: Vec<f32> = gaussians(13, 3 * 2).iter().map(|w| 20.0 * w).collect();
         let run = |values: &[f32], observations: &[f32]| -> ActorTrace<Smooth> {
             actor.forward(values, observations, &draws(&streams))
         };

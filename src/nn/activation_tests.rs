@@ -1,10 +1,12 @@
 use super::*;
 use crate::nn::gradient_check::{check, gaussians, weighted};
 
+type Forward = fn(&mut [f32]);
+type Backward = fn(&[f32], &mut [f32]);
+
 #[test]
 fn gradients_equal_finite_differences() {
-    let passes: [(fn(&mut [f32]), fn(&[f32], &mut [f32])); 2] =
-        [(relu, relu_backward), (sigmoid, sigmoid_backward)];
+    let passes: [(Forward, Backward); 2] = [(relu, relu_backward), (sigmoid, sigmoid_backward)];
     for (forward, backward) in passes {
         let (input, weights) = (gaussians(4, 40), gaussians(5, 40));
         let run = |input: &[f32]| {

@@ -129,12 +129,12 @@ impl LifShape {
         for step in (0..trace.voltage.len() / neurons).rev() {
             let at = step * neurons..(step + 1) * neurons;
             let out = &mut drive[at.clone()];
-            out.fill(0.0);
             if let Some(d_spikes) = d_spikes {
                 out.copy_from_slice(&d_spikes[at.clone()]);
             }
             let (voltage, spikes) = (&trace.voltage[at.clone()], &trace.spikes[at.clone()]);
-            d_threshold += self.step_back::<S>(trace.threshold, voltage, spikes, out, &mut later_v);
+            self.step_back::<S>(trace.threshold, voltage, spikes, out, &mut later_v);
+            d_threshold -= sum(out);
             if let Some(d_voltage) = d_voltage {
                 later_v.iter_mut().zip(&d_voltage[at]).for_each(|(d, read)| *d += read);
             }
@@ -146,26 +146,34 @@ impl LifShape {
         LifGradient { drive, threshold: d_threshold as f32 }
     }
 
-    /// Turns `later_v`, the gradient of the next step's voltage, into that of this step's;
-    /// `d_spikes` is the gradient of this step's spikes. Returns `dL/dH` of this step.
+    /// Turns `later_v`, the gradient of the next step's voltage, into that of this step's, and
+    /// `d_spikes`, the gradient of this step's spikes, into the part of it that flows through the
+    /// firing; the sum of that is `-dL/dH` of this step.
     fn step_back<S: Spike>(
         &self,
         threshold: f32,
         voltage: &[f32],
         spikes: &[f32],
-        d_spikes: &[f32],
+        d_spikes: &mut [f32],
         later_v: &mut [f32],
-    ) -> f64 {
+    ) {
         let reset = if self.gradient_through_reset { self.keep_voltage } else { 0.0 };
-        let mut lanes = [0.0f32; 8];
         let rows = voltage.iter().zip(spikes).zip(d_spikes).zip(later_v);
-        for (index, (((v, s), d_s), later)) in rows.enumerate() {
-            let through_spike = (d_s - reset * v * *later) * S::slope(v - threshold);
-            *later = through_spike + self.keep_voltage * (1.0 - s) * *later;
-            lanes[index % 8] -= through_spike;
+        for (((v, s), d), later) in rows {
+            let through = (*d - reset * v * *later) * S::slope(v - threshold);
+            *later = through + self.keep_voltage * (1.0 - s) * *later;
+            *d = through;
         }
-        lanes.iter().map(|lane| f64::from(*lane)).sum()
     }
+}
+
+/// Sum in eight partial sums, in a fixed order.
+fn sum(values: &[f32]) -> f64 {
+    let mut lanes = [0.0f32; 8];
+    for chunk in values.chunks(8) {
+        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| *lane += value);
+    }
+    lanes.iter().map(|lane| f64::from(*lane)).sum()
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ pub mod files;
 pub mod golden;
 pub mod host;
 pub mod net;
+pub mod nn;
 pub mod npz;
 pub mod policy;
 pub mod reference;

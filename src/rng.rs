@@ -32,6 +32,14 @@ pub mod stream {
     pub const DVS_NOISE: &str = "dvs.noise";
     /// Stimuli made by the trace tool and by benches.
     pub const STIMULUS: &str = "stimulus";
+    /// Initial weights, one counter value per tensor.
+    pub const NN_INIT: &str = "nn.init";
+    /// Bernoulli draws of the population code for the observation that is acted on or learned from.
+    pub const POPULATION_SPIKES: &str = "nn.population";
+    /// Bernoulli draws of the population code for the observation after it (target networks).
+    pub const POPULATION_SPIKES_NEXT: &str = "nn.population.next";
+    /// Gaussian draws of the latent vector while the auto-encoder is trained.
+    pub const LATENT_NOISE: &str = "nn.latent";
 }
 
 /// The streams of one trial of one run.

@@ -33,10 +33,11 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Rooms of the main crate and the rooms that each may use.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("files", &[]),
     ("rng", &[]),
     ("npz", &["files"]),
+    ("nn", &["rng"]),
     ("policy", &["rng"]),
     ("world", &["files", "npz", "policy", "rng"]),
     ("closed_loop", &["policy", "rng", "world"]),

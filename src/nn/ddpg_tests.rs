@@ -1,0 +1,185 @@
+use super::*;
+use crate::nn::gradient_check::gaussians;
+
+fn shapes() -> (ActorShape, CriticShape) {
+    let actor = ActorShape {
+        laser: vec![(-1.0, 1.0); 3],
+        dvs: vec![(-1.0, 1.0); 2],
+        population: 5,
+        fused: 8,
+        hidden: vec![16, 16],
+        ..ActorShape::eem_san()
+    };
+    (actor, CriticShape { observations: 5, actions: 2, hidden: vec![24, 24] })
+}
+
+fn learner(settings: DdpgSettings) -> Ddpg {
+    let (actor, critic) = shapes();
+    Ddpg::new(&settings, &actor, &critic, 5)
+}
+
+struct Data {
+    observations: Vec<f32>,
+    next: Vec<f32>,
+    actions: Vec<f32>,
+    rewards: Vec<f32>,
+    terminal: Vec<f32>,
+}
+
+impl Data {
+    fn new(rows: usize, terminal: f32) -> Self {
+        let actions: Vec<f32> =
+            gaussians(3, rows * 2).iter().map(|a| (0.5 + 0.3 * a).clamp(0.0, 1.0)).collect();
+        // The left wheel is worth something, the right one costs as much.
+        let rewards = actions.chunks(2).map(|a| a[0] - a[1]).collect();
+        let (observations, next) = (gaussians(1, rows * 5), gaussians(2, rows * 5));
+        Self { observations, next, actions, rewards, terminal: vec![terminal; rows] }
+    }
+
+    fn batch(&self) -> Transitions<'_> {
+        Transitions {
+            observations: &self.observations,
+            actions: &self.actions,
+            rewards: &self.rewards,
+            next_observations: &self.next,
+            terminal: &self.terminal,
+        }
+    }
+}
+
+fn settings(count: usize, threads: usize) -> DdpgSettings {
+    DdpgSettings { shards: Shards { count, threads }, ..DdpgSettings::default() }
+}
+
+fn after(mut ddpg: Ddpg, updates: usize) -> Ddpg {
+    let data = Data::new(10, 0.0);
+    (0..updates).for_each(|_| {
+        ddpg.update(&data.batch(), &Streams::new(9, 0));
+    });
+    ddpg
+}
+
+#[test]
+fn results_depend_on_shards_only_by_rounding_and_not_on_threads() {
+    let two = after(learner(settings(2, 1)), 5);
+    let threads = after(learner(settings(2, 2)), 5);
+    assert_eq!(two.actor, threads.actor);
+    assert_eq!(two.critics, threads.critics);
+    // Gradients themselves: Adam's first steps enlarge any difference.
+    let data = Data::new(10, 0.0);
+    let ddpg = learner(settings(1, 1));
+    let streams = Streams::new(9, 0);
+    let whole = ddpg.actor_shard(&data.batch(), &streams, 0..10).0;
+    let parts = [0..3, 3..10].map(|range| ddpg.actor_shard(&data.batch(), &streams, range).0);
+    let largest = whole.iter().fold(0.0f32, |largest, d| largest.max(d.abs()));
+    assert!(largest > 0.0);
+    for (sum, whole) in shards::sum(parts.to_vec()).iter().zip(&whole) {
+        assert!((sum - whole).abs() <= 1e-4 * largest, "{sum} {whole}");
+    }
+    let whole = ddpg.critic_shard(&data.batch(), &streams, 0..10).remove(0);
+    let parts = [0..3, 3..10].map(|r| ddpg.critic_shard(&data.batch(), &streams, r).remove(0));
+    assert!((whole.1 - parts[0].1 - parts[1].1).abs() < 1e-6);
+    for (sum, whole) in shards::sum(parts.map(|part| part.0).to_vec()).iter().zip(&whole.0) {
+        assert!((sum - whole).abs() < 1e-5, "{sum} {whole}");
+    }
+}
+
+#[test]
+fn wanted_value_is_reward_and_discounted_target() {
+    let ddpg = learner(settings(1, 1));
+    let (data, ended) = (Data::new(4, 0.0), Data::new(4, 1.0));
+    let streams = Streams::new(9, 0);
+    assert_eq!(ddpg.wanted(&ended.batch(), &streams, &(0..4)), ended.rewards);
+    let draws = ddpg.draws(&streams, stream::POPULATION_SPIKES_NEXT, &(0..4));
+    let acted: ActorTrace<Rectangular> =
+        ddpg.actor_layers.forward(&ddpg.actor.target.values, &data.next, &draws);
+    let q = ddpg.critic_layers.forward(&ddpg.critics[0].target.values, &data.next, &acted.action);
+    for (row, wanted) in ddpg.wanted(&data.batch(), &streams, &(0..4)).iter().enumerate() {
+        assert_eq!(*wanted, data.rewards[row] + 0.99 * q.value[row]);
+    }
+}
+
+#[test]
+fn smaller_of_twin_critics_counts() {
+    let twin = learner(DdpgSettings { twin_critics: true, ..settings(1, 1) });
+    let mut single = twin.clone();
+    let mut second = twin.clone();
+    single.critics.truncate(1);
+    second.critics.remove(0);
+    let (data, streams) = (Data::new(6, 0.0), Streams::new(9, 0));
+    let [both, first, second] =
+        [&twin, &single, &second].map(|d| d.wanted(&data.batch(), &streams, &(0..6)));
+    for row in 0..6 {
+        assert_eq!(both[row], first[row].min(second[row]));
+        assert_ne!(first[row], second[row]);
+    }
+}
+
+#[test]
+fn critic_loss_falls_and_actor_goes_where_value_is() {
+    let mut ddpg = learner(DdpgSettings {
+        actor: AdamSettings::with_rate(5e-3),
+        critic: AdamSettings::with_rate(5e-3),
+        ..settings(2, 1)
+    });
+    // A net this small is nearly silent with the usual weights.
+    let layout = ddpg.actor.online.layout().clone();
+    for entry in layout.entries().iter().filter(|entry| entry.name.ends_with("weight")) {
+        let weights = entry.slot.of_mut(&mut ddpg.actor.online.values);
+        weights.iter_mut().for_each(|weight| *weight *= 3.0);
+    }
+    let data = Data::new(32, 1.0);
+    let streams = Streams::new(9, 0);
+    let losses: Vec<Losses> = (0..200).map(|_| ddpg.update(&data.batch(), &streams)).collect();
+    let (first, last) = (losses[0], losses[199]);
+    assert!(last.critic < 0.1 * first.critic, "{first:?} {last:?}");
+    assert!(last.actor < -0.5, "{first:?} {last:?}");
+    assert_eq!(ddpg.updates(), 200);
+}
+
+#[test]
+fn targets_follow_by_tau() {
+    let before = learner(settings(1, 1));
+    let now = after(before.clone(), 1);
+    assert_ne!(before.actor.online, now.actor.online);
+    let (old, new) = (&before.actor.target.values, &now.actor.online.values);
+    for (at, target) in now.actor.target.values.iter().enumerate() {
+        assert!((target - (0.99 * old[at] + 0.01 * new[at])).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_saved_run_goes_on_byte_for_byte() {
+    let twin = DdpgSettings { twin_critics: true, ..settings(2, 2) };
+    let halfway = after(learner(twin), 3);
+    let mut state = StateWriter::default();
+    halfway.write(&mut state);
+    let bytes = state.bytes();
+    let mut resumed = Ddpg::new(&twin, &shapes().0, &shapes().1, 77);
+    resumed.read(&StateReader::new("run", &bytes).unwrap()).unwrap();
+    let (resumed, whole) = (after(resumed, 3), after(halfway, 3));
+    let [a, b] = [&resumed, &whole].map(|ddpg| {
+        let mut state = StateWriter::default();
+        ddpg.write(&mut state);
+        state.bytes()
+    });
+    assert!(a == b, "states differ");
+    assert_ne!(a, bytes);
+}
+
+#[test]
+fn state_of_another_shape_is_refused_and_changes_nothing() {
+    let mut state = StateWriter::default();
+    learner(settings(1, 1)).write(&mut state);
+    let bytes = state.bytes();
+    let (actor, critic) = shapes();
+    let wider = CriticShape { hidden: vec![24, 25], ..critic };
+    let mut other = Ddpg::new(&settings(1, 1), &actor, &wider, 6);
+    let before = other.clone();
+    let error = other.read(&StateReader::new("run", &bytes).unwrap()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "run: tensor critic1.2.weight: F32 [24, 26] found, F32 [25, 26] expected"
+    );
+    assert_eq!((before.actor, before.critics), (other.actor, other.critics));
+}

@@ -1,0 +1,182 @@
+//! Hybrid spiking variational auto-encoder: LIF encoder whose state lives for an episode,
+//! artificial decoder (Table 1, Algorithm 2).
+
+mod decoder;
+mod encoder;
+mod trainer;
+
+use crate::nn::init;
+use crate::nn::lif::{LifShape, LifState};
+use crate::nn::parameters::{Layout, Parameters};
+use crate::nn::spike::Spike;
+use crate::nn::vae;
+use crate::rng::Streams;
+use decoder::Decoder;
+use encoder::Encoder;
+pub use encoder::EncoderTrace;
+pub use trainer::{HsvaeSettings, HsvaeTrainer, Sequences};
+
+/// Sizes and settings of an auto-encoder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HsvaeShape {
+    /// Pixels along one side of a frame; a multiple of 2 to the number of layers.
+    pub side: usize,
+    /// Channels of the encoder's layers; the frame has one.
+    pub channels: Vec<usize>,
+    /// Frames per control tick; `mu` and `sigma` are read after the last.
+    pub frames: usize,
+    /// Decays and gradient path of the encoder.
+    pub lif: LifShape,
+    /// Threshold of all encoder layers; it does not learn (the paper gives none).
+    pub threshold: f32,
+    /// Weight of the divergence in the loss (1 in eq. 5).
+    pub divergence_weight: f32,
+}
+
+impl HsvaeShape {
+    /// 128 x 128 x 1 - 16 - 32 - 16 - 1 channels, 5 frames (Table 1).
+    pub fn eem_san() -> Self {
+        Self {
+            side: 128,
+            channels: vec![16, 32, 16, 1],
+            frames: 5,
+            lif: LifShape::default(),
+            threshold: 0.5,
+            divergence_weight: 1.0,
+        }
+    }
+
+    /// Pixels of a frame.
+    pub fn pixels(&self) -> usize {
+        self.side * self.side
+    }
+
+    /// Elements of the latent vector: neurons of the last encoder layer (64).
+    pub fn latent(&self) -> usize {
+        let side = self.side >> self.channels.len();
+        side * side * self.channels.last().copied().unwrap_or(1)
+    }
+}
+
+/// States of the encoder's layers for some samples; zero at the start of an episode.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HsvaeState {
+    /// Layer by layer, [samples, neurons].
+    pub layers: Vec<LifState>,
+}
+
+/// The two terms of eq. 5, mean over ticks and samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct HsvaeLoss {
+    /// Mean squared error per pixel.
+    pub reconstruction: f64,
+    /// Divergence from a unit Gaussian, times its weight.
+    pub divergence: f64,
+}
+
+/// Layers of an auto-encoder; parameters are apart.
+///
+/// Tensors: `encoder.K.weight`, `.bias`; `mu.weight`, `.bias`; `sigma.weight`, `.bias` (the log
+/// variance); `decoder.K.weight`, `.bias`; K from 1.
+#[derive(Debug, Clone)]
+pub struct Hsvae {
+    shape: HsvaeShape,
+    layout: Layout,
+    encoder: Encoder,
+    decoder: Decoder,
+}
+
+/// Part of a batch that one shard works on.
+#[derive(Debug, Clone, Copy)]
+pub struct HsvaeBatch<'a> {
+    /// [ticks * frames, samples, pixels].
+    pub frames: &'a [f32],
+    /// What to reconstruct, [ticks, samples, pixels].
+    pub targets: &'a [f32],
+    /// Gaussian draws, [ticks, samples, latent].
+    pub noise: &'a [f32],
+    /// Share of these samples in the batch; losses and gradients are scaled by it.
+    pub share: f32,
+}
+
+impl Hsvae {
+    /// Layers for a shape.
+    pub fn new(shape: &HsvaeShape) -> Self {
+        let mut layout = Layout::default();
+        let encoder = Encoder::new(&mut layout, shape);
+        let decoder = Decoder::new(&mut layout, shape);
+        Self { shape: shape.clone(), layout, encoder, decoder }
+    }
+
+    /// Sizes and settings.
+    pub fn shape(&self) -> &HsvaeShape {
+        &self.shape
+    }
+
+    /// Names, shapes and places of the tensors.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Fresh parameters.
+    pub fn initial(&self, streams: &Streams) -> Parameters {
+        let mut parameters = Parameters::zeros(&self.layout);
+        init::uniform_by_fan_in(&mut parameters, streams);
+        parameters
+    }
+
+    /// State at the start of an episode.
+    pub fn rest(&self, samples: usize) -> HsvaeState {
+        HsvaeState { layers: self.encoder.neurons().map(|n| LifState::rest(samples * n)).collect() }
+    }
+
+    /// Runs frames through the encoder and reads `mu` and log variance after every tick.
+    ///
+    /// Shapes: `frames` [ticks * frames, samples, pixels], samples as in `state`, which is
+    /// carried on.
+    pub fn encode<S: Spike>(
+        &self,
+        values: &[f32],
+        frames: &[f32],
+        state: &mut HsvaeState,
+    ) -> EncoderTrace<S> {
+        self.encoder.forward(values, frames, state)
+    }
+
+    /// Frames for latent vectors, each pixel in 0 to 1.
+    ///
+    /// Shapes: `latent` [rows, latent]; result [rows, pixels].
+    pub fn decode(&self, values: &[f32], latent: &[f32]) -> Vec<f32> {
+        self.decoder.forward(values, latent).output().to_vec()
+    }
+
+    /// Loss of eq. 5 over some ticks and its gradient, added to `gradient`. Back-propagation ends
+    /// at the state that was carried in.
+    pub fn loss<S: Spike>(
+        &self,
+        values: &[f32],
+        gradient: &mut [f32],
+        batch: &HsvaeBatch,
+        state: &mut HsvaeState,
+    ) -> HsvaeLoss {
+        let seen: EncoderTrace<S> = self.encode(values, batch.frames, state);
+        let latent = vae::reparameterise(&seen.mean, &seen.log_variance, batch.noise);
+        let made = self.decoder.forward(values, &latent);
+        let mut d_output = vec![0.0; made.output().len()];
+        let reconstruction =
+            vae::mean_square(made.output(), batch.targets, batch.share, &mut d_output);
+        let d_latent = self.decoder.backward(values, gradient, &made, d_output);
+        let (mut d_mean, mut d_log) =
+            vae::reparameterise_backward(&seen.log_variance, batch.noise, &d_latent);
+        let rows = seen.mean.len() / self.shape.latent();
+        let scale = self.shape.divergence_weight * batch.share / rows as f32;
+        let divergence =
+            vae::divergence(&seen.mean, &seen.log_variance, scale, &mut d_mean, &mut d_log);
+        self.encoder.backward(values, gradient, batch.frames, &seen, &d_mean, &d_log);
+        HsvaeLoss { reconstruction, divergence }
+    }
+}
+
+#[cfg(test)]
+#[path = "hsvae_tests.rs"]
+mod tests;

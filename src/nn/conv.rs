@@ -84,22 +84,46 @@ impl Lattice {
 
     /// Windows of an image as columns: [channels * kernel * kernel, positions * positions].
     fn im2col(&self, image: &[f32], columns: &mut [f32]) {
-        let stride = self.window.stride;
         columns.fill(0.0);
         self.runs(|at, pixel, count| {
-            let targets = columns[at..at + count].iter_mut();
-            targets.zip(image[pixel..].iter().step_by(stride)).for_each(|(to, from)| *to = *from);
+            let targets = &mut columns[at..at + count];
+            match self.window.stride {
+                2 => gather_even(&image[pixel..], targets),
+                stride => {
+                    let pixels = image[pixel..].iter().step_by(stride);
+                    targets.iter_mut().zip(pixels).for_each(|(to, from)| *to = *from);
+                }
+            }
         });
     }
 
     /// Adds columns back to the pixels they came from.
     fn col2im(&self, columns: &[f32], image: &mut [f32]) {
-        let stride = self.window.stride;
         self.runs(|at, pixel, count| {
-            let pixels = image[pixel..].iter_mut().step_by(stride);
-            pixels.zip(&columns[at..at + count]).for_each(|(to, from)| *to += from);
+            let sources = &columns[at..at + count];
+            match self.window.stride {
+                2 => scatter_even(sources, &mut image[pixel..]),
+                stride => {
+                    let pixels = image[pixel..].iter_mut().step_by(stride);
+                    pixels.zip(sources).for_each(|(to, from)| *to += from);
+                }
+            }
         });
     }
+}
+
+/// Every second pixel, for the stride of all networks here, in a form that vectorises.
+fn gather_even(pixels: &[f32], targets: &mut [f32]) {
+    let Some((last, most)) = targets.split_last_mut() else { return };
+    *last = pixels[2 * most.len()];
+    most.iter_mut().zip(pixels.chunks_exact(2)).for_each(|(to, pair)| *to = pair[0]);
+}
+
+/// Adds to every second pixel.
+fn scatter_even(sources: &[f32], pixels: &mut [f32]) {
+    let Some((last, most)) = sources.split_last() else { return };
+    pixels[2 * most.len()] += last;
+    pixels.chunks_exact_mut(2).zip(most).for_each(|(pair, from)| pair[0] += from);
 }
 
 /// Convolution.

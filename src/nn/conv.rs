@@ -128,7 +128,7 @@ fn scatter_even(sources: &[f32], pixels: &mut [f32]) {
 
 /// Convolution.
 ///
-/// Tensors: `NAME.weight` [outputs, inputs, kernel, kernel], `NAME.bias` [outputs].
+/// Tensors: `NAME.weight` [outputs, inputs, kernel, kernel], `NAME.bias` `[outputs]`.
 #[derive(Debug, Clone)]
 pub struct Conv {
     lattice: Lattice,
@@ -218,7 +218,7 @@ impl Conv {
 
 /// Transposed convolution: doubles the side where [`Conv`] with the same window halves it.
 ///
-/// Tensors: `NAME.weight` [inputs, outputs, kernel, kernel], `NAME.bias` [outputs].
+/// Tensors: `NAME.weight` [inputs, outputs, kernel, kernel], `NAME.bias` `[outputs]`.
 #[derive(Debug, Clone)]
 pub struct ConvTranspose {
     lattice: Lattice,

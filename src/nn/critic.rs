@@ -93,7 +93,7 @@ impl Critic {
         CriticTrace { inputs, value: next }
     }
 
-    /// Adds the gradients of all parameters. Shapes: `d_value` [rows].
+    /// Adds the gradients of all parameters. Shapes: `d_value` `[rows]`.
     pub fn backward(
         &self,
         values: &[f32],

@@ -46,7 +46,7 @@ impl Default for DdpgSettings {
 
 /// A batch of transitions.
 ///
-/// Shapes: observations [rows, dimensions], actions [rows, actions], the others [rows].
+/// Shapes: observations [rows, dimensions], actions [rows, actions], the others `[rows]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Transitions<'a> {
     /// What was seen.

@@ -5,7 +5,7 @@ use crate::nn::parameters::{Layout, Slot};
 
 /// `y = W x + b` on rows.
 ///
-/// Tensors: `NAME.weight` [outputs, inputs], `NAME.bias` [outputs].
+/// Tensors: `NAME.weight` [outputs, inputs], `NAME.bias` `[outputs]`.
 #[derive(Debug, Clone)]
 pub struct Linear {
     /// Features of a row of the input.

@@ -8,7 +8,7 @@ use crate::rng::Streams;
 /// Number of laser sectors that a policy sees.
 pub const LASER_SECTORS: usize = 18;
 
-/// What the robot senses at one control tick (EEM_SAN.md 2; SAN's 22-number state, unscaled).
+/// What the robot senses at one control tick (the 22-number state of SAN and EEM-SAN, unscaled).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// Direction of the goal relative to the heading, in `(-pi, pi]`, left positive.

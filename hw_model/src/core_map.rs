@@ -123,6 +123,21 @@ impl Population {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Number of the neuron that lies on `compartment` of `core`; `None` where none of this
+    /// population does.
+    pub fn neuron_at(&self, core: CoreId, compartment: CompartmentIdx) -> Option<usize> {
+        let mut first_neuron = 0;
+        for slice in &self.slices {
+            let first = slice.first.index();
+            let range = first..first + usize::from(slice.len);
+            if slice.core == core && range.contains(&compartment.index()) {
+                return Some(first_neuron + compartment.index() - first);
+            }
+            first_neuron += usize::from(slice.len);
+        }
+        None
+    }
 }
 
 /// Consecutive compartments of one core.

@@ -128,7 +128,7 @@ fn viewpoint(world: &World) -> Option<Pose> {
             let side = if i % 2 == 0 { 1.0 } else { -1.0 };
             let away = nalgebra::Vector2::new(-along.y, along.x) * side;
             let place = middle + away * distance_m;
-            let yaw_rad = f64::atan2(-away.y, -away.x);
+            let yaw_rad = libm::atan2(-away.y, -away.x);
             let range_m = world.scene().ray_range_m(place, yaw_rad, distance_m);
             let free = world.nearest(place, 0).is_none_or(|nearest| nearest.distance_m > 0.3);
             (free && range_m.is_none()).then(|| Pose::new(place.x, place.y, yaw_rad))

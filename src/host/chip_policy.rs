@@ -96,12 +96,14 @@ impl ChipPolicy {
     }
 
     fn count_output(&self, record: &SpikeRecord, start: u64, outputs: usize) -> Vec<u32> {
-        let output = self.program.output as usize;
+        let population = &self.engine.map().populations()[self.program.output as usize];
         let open = start + u64::from(self.program.output_start());
         let window = open..open + u64::from(self.program.steps);
         let mut counts = vec![0; outputs];
-        for (step, neuron) in &record.by_population(self.engine.map())[output] {
-            counts[*neuron as usize] += u32::from(window.contains(step));
+        for spike in record.spikes.iter().filter(|spike| window.contains(&spike.step)) {
+            if let Some(neuron) = population.neuron_at(spike.core, spike.compartment) {
+                counts[neuron] += 1;
+            }
         }
         counts
     }

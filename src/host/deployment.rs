@@ -156,13 +156,6 @@ impl Deployment {
         container::to_bytes(KIND, &file)
     }
 
-    /// Writes the file; it is there whole or not at all.
-    ///
-    /// Errors: what the operating system says.
-    pub fn write(&self, path: &Path) -> Result<(), ContainerError> {
-        container::write_atomically(path, &self.to_bytes())
-    }
-
     /// Reads a file and checks everything in it.
     ///
     /// Errors: a damaged container, a map beyond its chip, a program that does not go with it.

@@ -1,7 +1,8 @@
 //! Events that no change of light made.
 
 use super::config::PixelConfig;
-use super::frame::{Event, EventFrame};
+use super::frame::Event;
+use crate::policy::EventFrame;
 use super::pixels::Pixels;
 use super::texture::ln_intensity;
 use super::{COLUMNS, PIXELS, STEP_S, STEP_US};

@@ -1,0 +1,228 @@
+//! A driver that knows everything: the obstacles, and where the movers will be.
+//!
+//! It marks what is possible in an arena, and it teaches: for each of 36 actions it gives a cost,
+//! that of the best of some continuations over the next seconds. A network that sees only its
+//! sensors can be trained against these costs.
+
+mod terrain;
+
+pub use terrain::Terrain;
+
+use nalgebra::Point2;
+
+use super::Trial;
+use crate::policy::Action;
+use crate::world::World;
+use crate::world::geometry::{Pose, direction};
+use crate::world::robot::Twist;
+
+/// Levels of each action component: 0, 0.2, ... 1, those of a spike count over T = 5.
+pub const LEVELS: usize = 6;
+
+/// Actions that get a cost: left level times [`LEVELS`] plus right level.
+pub const ACTIONS: usize = LEVELS * LEVELS;
+
+/// Length of a simulated step.
+const STEP_S: f64 = 0.1;
+
+/// Steps that an action is held before the continuation.
+const HELD_STEPS: usize = 1;
+
+/// Steps looked ahead.
+const STEPS: usize = 28;
+
+/// Physics steps in a simulated step.
+const PHYSICS_STEPS: u64 = 10;
+
+/// Wheel levels.
+type Levels = (f64, f64);
+
+const STRAIGHT: Levels = (1.0, 1.0);
+const STAND: Levels = (0.0, 0.0);
+const LEFT: Levels = (0.0, 1.0);
+const RIGHT: Levels = (1.0, 0.0);
+const BEND_LEFT: Levels = (0.6, 1.0);
+const BEND_RIGHT: Levels = (1.0, 0.6);
+
+/// What may follow the held action: levels, for how many steps, and levels after that.
+const CONTINUATIONS: [(Levels, usize, Levels); 20] = [
+    (STRAIGHT, STEPS, STRAIGHT),
+    (STRAIGHT, 3, STAND),
+    (STRAIGHT, 8, STAND),
+    (STRAIGHT, 5, BEND_LEFT),
+    (STRAIGHT, 5, BEND_RIGHT),
+    (LEFT, 1, STRAIGHT),
+    (RIGHT, 1, STRAIGHT),
+    (LEFT, 3, STRAIGHT),
+    (RIGHT, 3, STRAIGHT),
+    (LEFT, 5, STRAIGHT),
+    (RIGHT, 5, STRAIGHT),
+    (LEFT, 7, STRAIGHT),
+    (RIGHT, 7, STRAIGHT),
+    (LEFT, 4, STAND),
+    (RIGHT, 4, STAND),
+    (BEND_LEFT, 5, STRAIGHT),
+    (BEND_RIGHT, 5, STRAIGHT),
+    (BEND_LEFT, STEPS, STRAIGHT),
+    (BEND_RIGHT, STEPS, STRAIGHT),
+    (STAND, 8, STRAIGHT),
+];
+
+/// Beyond this distance to a thing there is no need for care.
+const CARE_M: (f64, f64) = (0.30, 0.60);
+
+/// Price of a second right at a static thing, and right at a mover.
+const CARE_PRICE: (f64, f64) = (1.5, 3.0);
+
+/// Contact is assumed this much too early.
+const MARGIN_M: f64 = 0.04;
+
+/// Cost of contact now; half of it at the end of the time looked ahead.
+const CONTACT_COST: f64 = 30.0;
+
+/// Price of an action that turns no wheel: what can be done later as well should be done now.
+const IDLE_PRICE: f64 = 0.1;
+
+/// Way to the goal from outside of the arena.
+const OUTSIDE_M: f64 = 1e3;
+
+/// Plans for one trial.
+#[derive(Debug, Clone)]
+pub struct Planner<'t> {
+    terrain: &'t Terrain,
+    way_m: Vec<f32>,
+    goal: Point2<f64>,
+}
+
+/// Where the movers will be: step by step, centre and radius.
+type Forecast = Vec<Vec<(Point2<f64>, f64)>>;
+
+impl<'t> Planner<'t> {
+    /// Looks for the ways to `goal`.
+    pub fn new(terrain: &'t Terrain, goal: Point2<f64>) -> Self {
+        Self { terrain, way_m: terrain.ways_to(goal), goal }
+    }
+
+    /// The cheapest action, and the cost of every action, in metres of way.
+    pub fn plan(&self, trial: &Trial<'_>) -> (Action, [f32; ACTIONS]) {
+        let forecast = forecast(trial.world(), trial.steps());
+        let mut costs = [0.0f32; ACTIONS];
+        for (index, cost) in costs.iter_mut().enumerate() {
+            *cost = self.cost(trial, action_of(index), &forecast) as f32;
+        }
+        let best = (0..ACTIONS).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        (action_of(best), costs)
+    }
+
+    fn cost(&self, trial: &Trial<'_>, action: Action, forecast: &Forecast) -> f64 {
+        let held = (action.left, action.right);
+        let costs = CONTINUATIONS.map(|next| self.roll_out(trial, held, next, forecast));
+        let idle = IDLE_PRICE * (1.0 - action.left.max(action.right));
+        idle + costs.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Cost of holding one action for a moment and another one after it.
+    fn roll_out(
+        &self,
+        trial: &Trial<'_>,
+        held: Levels,
+        (next, next_steps, last): (Levels, usize, Levels),
+        forecast: &Forecast,
+    ) -> f64 {
+        let config = trial.config();
+        let reach_m = config.robot_radius_m + MARGIN_M;
+        let mut body = Body::of(trial);
+        let begin_m = self.way_from(body.pose.position);
+        let (mut care, mut mean_m) = (0.0, 0.0);
+        for step in 0..STEPS {
+            let (left, right) = match step {
+                _ if step < HELD_STEPS => held,
+                _ if step < HELD_STEPS + next_steps => next,
+                _ => last,
+            };
+            body.step(Twist::of_wheels(left, right, config.wheel_speed_m_per_s_max));
+            let place = body.pose.position;
+            let late = (step + 1) as f64 / STEPS as f64;
+            if (place - self.goal).norm() < config.goal_radius_m {
+                let left_m =
+                    (STEPS - step - 1) as f64 * STEP_S * config.wheel_speed_m_per_s_max;
+                return care + mean_m - begin_m - left_m;
+            }
+            let still_m = self.terrain.clearance_m(place) - reach_m;
+            let moving_m = nearest(&forecast[step], place) - reach_m;
+            if still_m.min(moving_m) < 0.0 {
+                return care + self.way_from(place) - begin_m + CONTACT_COST * (1.0 - 0.5 * late);
+            }
+            mean_m += (self.way_from(place) - begin_m) / STEPS as f64;
+            care += STEP_S * CARE_PRICE.0 * lack(still_m, CARE_M.0);
+            care += STEP_S * CARE_PRICE.1 * lack(moving_m, CARE_M.1);
+        }
+        care + mean_m + 0.5 * (self.way_from(body.pose.position) - begin_m)
+    }
+
+    fn way_from(&self, place: Point2<f64>) -> f64 {
+        self.terrain.interpolate(&self.way_m, place).unwrap_or(OUTSIDE_M)
+    }
+}
+
+/// The action of number `index`.
+pub fn action_of(index: usize) -> Action {
+    let level = |level: usize| level as f64 / (LEVELS - 1) as f64;
+    Action { left: level(index / LEVELS), right: level(index % LEVELS) }
+}
+
+/// 0 at `enough_m` and above, 1 at contact, square between.
+fn lack(distance_m: f64, enough_m: f64) -> f64 {
+    let lack = (1.0 - distance_m / enough_m).clamp(0.0, 1.0);
+    lack * lack
+}
+
+fn nearest(movers: &[(Point2<f64>, f64)], place: Point2<f64>) -> f64 {
+    let distances = movers.iter().map(|(centre, radius_m)| (centre - place).norm() - radius_m);
+    distances.fold(f64::INFINITY, f64::min)
+}
+
+fn forecast(world: &World, steps: u64) -> Forecast {
+    let at = |step: u64| {
+        let movers = world.arena().movers().iter();
+        movers.map(|mover| (mover.position(steps + step * PHYSICS_STEPS), mover.radius_m())).collect()
+    };
+    (1..=STEPS as u64).map(at).collect()
+}
+
+/// The robot as the planner thinks it moves: first-order lags, no delays.
+struct Body {
+    pose: Pose,
+    twist: Twist,
+    share: (f64, f64),
+}
+
+impl Body {
+    fn of(trial: &Trial<'_>) -> Self {
+        let share = |time_constant_s: f64| STEP_S / (STEP_S + time_constant_s);
+        let actuators = trial.config().actuators;
+        Self {
+            pose: trial.robot().pose(),
+            twist: trial.robot().twist(),
+            share: (
+                share(actuators.linear.time_constant_s()),
+                share(actuators.angular.time_constant_s()),
+            ),
+        }
+    }
+
+    fn step(&mut self, command: Twist) {
+        let (linear, angular) = self.share;
+        self.twist.linear_m_per_s += linear * (command.linear_m_per_s - self.twist.linear_m_per_s);
+        self.twist.angular_rad_per_s +=
+            angular * (command.angular_rad_per_s - self.twist.angular_rad_per_s);
+        let half_rad = 0.5 * STEP_S * self.twist.angular_rad_per_s;
+        let chord_m = STEP_S * self.twist.linear_m_per_s * (1.0 - half_rad * half_rad / 6.0);
+        self.pose.position += direction(self.pose.yaw_rad + half_rad) * chord_m;
+        self.pose.yaw_rad += 2.0 * half_rad;
+    }
+}
+
+#[cfg(test)]
+#[path = "planner_tests.rs"]
+mod tests;

@@ -57,7 +57,7 @@ pub fn run_planned_trial(
     streams: Streams,
 ) -> Result<TrialOutcome, ConfigError> {
     let mut trial = Trial::new(world, start, goal, config, streams)?;
-    let planner = planner::Planner::new(terrain, goal);
+    let planner = planner::Planner::new(terrain, goal, config.wheel_speed_m_per_s_max);
     while trial.end().is_none() {
         let (action, _) = planner.plan(&trial);
         trial.drive(action);

@@ -6,7 +6,7 @@
 
 mod terrain;
 
-pub use terrain::Terrain;
+pub use terrain::{Terrain, Ways};
 
 use nalgebra::Point2;
 
@@ -26,10 +26,10 @@ pub const ACTIONS: usize = LEVELS * LEVELS;
 const STEP_S: f64 = 0.1;
 
 /// Steps that an action is held before the continuation.
-const HELD_STEPS: usize = 1;
+const HELD_STEPS: usize = 2;
 
 /// Steps looked ahead.
-const STEPS: usize = 28;
+const STEPS: usize = 20;
 
 /// Physics steps in a simulated step.
 const PHYSICS_STEPS: u64 = 10;
@@ -45,27 +45,20 @@ const BEND_LEFT: Levels = (0.6, 1.0);
 const BEND_RIGHT: Levels = (1.0, 0.6);
 
 /// What may follow the held action: levels, for how many steps, and levels after that.
-const CONTINUATIONS: [(Levels, usize, Levels); 20] = [
+const CONTINUATIONS: [(Levels, usize, Levels); 13] = [
     (STRAIGHT, STEPS, STRAIGHT),
-    (STRAIGHT, 3, STAND),
-    (STRAIGHT, 8, STAND),
-    (STRAIGHT, 5, BEND_LEFT),
-    (STRAIGHT, 5, BEND_RIGHT),
-    (LEFT, 1, STRAIGHT),
-    (RIGHT, 1, STRAIGHT),
-    (LEFT, 3, STRAIGHT),
-    (RIGHT, 3, STRAIGHT),
-    (LEFT, 5, STRAIGHT),
-    (RIGHT, 5, STRAIGHT),
-    (LEFT, 7, STRAIGHT),
-    (RIGHT, 7, STRAIGHT),
-    (LEFT, 4, STAND),
-    (RIGHT, 4, STAND),
-    (BEND_LEFT, 5, STRAIGHT),
-    (BEND_RIGHT, 5, STRAIGHT),
+    (STRAIGHT, 6, STAND),
+    (LEFT, 2, STRAIGHT),
+    (RIGHT, 2, STRAIGHT),
+    (LEFT, 4, STRAIGHT),
+    (RIGHT, 4, STRAIGHT),
+    (LEFT, 8, STRAIGHT),
+    (RIGHT, 8, STRAIGHT),
     (BEND_LEFT, STEPS, STRAIGHT),
     (BEND_RIGHT, STEPS, STRAIGHT),
-    (STAND, 8, STRAIGHT),
+    (STAND, 6, STRAIGHT),
+    (STAND, 12, STRAIGHT),
+    (STAND, STEPS, STRAIGHT),
 ];
 
 /// Beyond this distance to a thing there is no need for care.
@@ -80,17 +73,14 @@ const MARGIN_M: f64 = 0.04;
 /// Cost of contact now; half of it at the end of the time looked ahead.
 const CONTACT_COST: f64 = 30.0;
 
-/// Price of an action that turns no wheel: what can be done later as well should be done now.
-const IDLE_PRICE: f64 = 0.1;
-
-/// Way to the goal from outside of the arena.
-const OUTSIDE_M: f64 = 1e3;
+/// Time to the goal from outside of the arena.
+const OUTSIDE_S: f64 = 1e3;
 
 /// Plans for one trial.
 #[derive(Debug, Clone)]
 pub struct Planner<'t> {
     terrain: &'t Terrain,
-    way_m: Vec<f32>,
+    ways: Ways,
     goal: Point2<f64>,
 }
 
@@ -99,11 +89,11 @@ type Forecast = Vec<Vec<(Point2<f64>, f64)>>;
 
 impl<'t> Planner<'t> {
     /// Looks for the ways to `goal`.
-    pub fn new(terrain: &'t Terrain, goal: Point2<f64>) -> Self {
-        Self { terrain, way_m: terrain.ways_to(goal), goal }
+    pub fn new(terrain: &'t Terrain, goal: Point2<f64>, speed_m_per_s: f64) -> Self {
+        Self { terrain, ways: terrain.ways_to(goal, speed_m_per_s), goal }
     }
 
-    /// The cheapest action, and the cost of every action, in metres of way.
+    /// The cheapest action, and the cost of every action, in seconds.
     pub fn plan(&self, trial: &Trial<'_>) -> (Action, [f32; ACTIONS]) {
         let forecast = forecast(trial.world(), trial.steps());
         let mut costs = [0.0f32; ACTIONS];
@@ -117,8 +107,7 @@ impl<'t> Planner<'t> {
     fn cost(&self, trial: &Trial<'_>, action: Action, forecast: &Forecast) -> f64 {
         let held = (action.left, action.right);
         let costs = CONTINUATIONS.map(|next| self.roll_out(trial, held, next, forecast));
-        let idle = IDLE_PRICE * (1.0 - action.left.max(action.right));
-        idle + costs.into_iter().fold(f64::INFINITY, f64::min)
+        costs.into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// Cost of holding one action for a moment and another one after it.
@@ -130,10 +119,11 @@ impl<'t> Planner<'t> {
         forecast: &Forecast,
     ) -> f64 {
         let config = trial.config();
-        let reach_m = config.robot_radius_m + MARGIN_M;
         let mut body = Body::of(trial);
-        let begin_m = self.way_from(body.pose.position);
-        let (mut care, mut mean_m) = (0.0, 0.0);
+        // Whoever is nearer than the margin already may go away from there.
+        let still_m = self.terrain.clearance_m(body.pose.position) - config.robot_radius_m;
+        let reach_m = config.robot_radius_m + MARGIN_M.min(still_m - 0.01).max(0.0);
+        let mut care_s = 0.0;
         for step in 0..STEPS {
             let (left, right) = match step {
                 _ if step < HELD_STEPS => held,
@@ -142,26 +132,24 @@ impl<'t> Planner<'t> {
             };
             body.step(Twist::of_wheels(left, right, config.wheel_speed_m_per_s_max));
             let place = body.pose.position;
-            let late = (step + 1) as f64 / STEPS as f64;
+            let elapsed_s = (step + 1) as f64 * STEP_S;
             if (place - self.goal).norm() < config.goal_radius_m {
-                let left_m =
-                    (STEPS - step - 1) as f64 * STEP_S * config.wheel_speed_m_per_s_max;
-                return care + mean_m - begin_m - left_m;
+                return care_s + elapsed_s;
             }
             let still_m = self.terrain.clearance_m(place) - reach_m;
             let moving_m = nearest(&forecast[step], place) - reach_m;
             if still_m.min(moving_m) < 0.0 {
-                return care + self.way_from(place) - begin_m + CONTACT_COST * (1.0 - 0.5 * late);
+                let late = (step + 1) as f64 / STEPS as f64;
+                return care_s + self.time_from(&body.pose) + CONTACT_COST * (1.0 - 0.5 * late);
             }
-            mean_m += (self.way_from(place) - begin_m) / STEPS as f64;
-            care += STEP_S * CARE_PRICE.0 * lack(still_m, CARE_M.0);
-            care += STEP_S * CARE_PRICE.1 * lack(moving_m, CARE_M.1);
+            care_s += STEP_S * CARE_PRICE.0 * lack(still_m, CARE_M.0);
+            care_s += STEP_S * CARE_PRICE.1 * lack(moving_m, CARE_M.1);
         }
-        care + mean_m + 0.5 * (self.way_from(body.pose.position) - begin_m)
+        care_s + STEPS as f64 * STEP_S + self.time_from(&body.pose)
     }
 
-    fn way_from(&self, place: Point2<f64>) -> f64 {
-        self.terrain.interpolate(&self.way_m, place).unwrap_or(OUTSIDE_M)
+    fn time_from(&self, pose: &Pose) -> f64 {
+        self.terrain.time_s(&self.ways, pose).unwrap_or(OUTSIDE_S)
     }
 }
 

@@ -15,7 +15,7 @@ fn world(movers: &str) -> World {
 fn drive(world: &World, start: Pose, goal: Point2<f64>) -> crate::closed_loop::TrialOutcome {
     let config = TrialConfig::eem_san(1.0);
     let terrain = Terrain::new(world);
-    let planner = Planner::new(&terrain, goal);
+    let planner = Planner::new(&terrain, goal, 1.0);
     let mut trial = Trial::new(world, start, goal, &config, Streams::new(1, 0)).unwrap();
     while trial.end().is_none() {
         let (action, _) = planner.plan(&trial);
@@ -45,12 +45,14 @@ fn planner_waits_for_a_mover_that_blocks_the_gap() {
 fn way_is_longer_than_the_straight_line_behind_a_bar() {
     let world = world("");
     let terrain = Terrain::new(&world);
-    let ways = terrain.ways_to(Point2::new(3.0, 0.0));
-    let open = terrain.interpolate(&ways, Point2::new(2.0, 0.0)).unwrap();
-    let behind = terrain.interpolate(&ways, Point2::new(-3.0, 0.0)).unwrap();
-    assert!((open - 1.0).abs() < 0.1, "{open}");
-    assert!(behind > 7.0 && behind < 10.0, "{behind}");
-    assert_eq!(terrain.interpolate(&ways, Point2::new(-6.0, 0.0)), None);
+    let ways = terrain.ways_to(Point2::new(3.0, 0.0), 1.0);
+    let open_s = terrain.time_s(&ways, &Pose::new(2.0, 0.0, 0.0)).unwrap();
+    let turned_s = terrain.time_s(&ways, &Pose::new(2.0, 0.0, 3.1)).unwrap();
+    let behind_s = terrain.time_s(&ways, &Pose::new(-3.0, 0.0, -0.5)).unwrap();
+    assert!((open_s - 1.0).abs() < 0.15, "{open_s}");
+    assert!(turned_s > open_s + 0.6 && turned_s < open_s + 1.6, "{turned_s}");
+    assert!(behind_s > 6.5 && behind_s < 10.0, "{behind_s}");
+    assert_eq!(terrain.time_s(&ways, &Pose::new(-6.0, 0.0, 0.0)), None);
 }
 
 #[test]

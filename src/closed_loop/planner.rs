@@ -44,16 +44,21 @@ const RIGHT: Levels = (1.0, 0.0);
 const BEND_LEFT: Levels = (0.6, 1.0);
 const BEND_RIGHT: Levels = (1.0, 0.6);
 
-/// What may follow the held action: levels, for how many steps, and levels after that.
-const CONTINUATIONS: [(Levels, usize, Levels); 13] = [
+/// What may follow the held action: levels, for how many steps, and levels after that. A plan that
+/// ends standing is open: its time counts until it stands, and the rest only shows whether the
+/// place is safe.
+const CONTINUATIONS: [(Levels, usize, Levels); 16] = [
     (STRAIGHT, STEPS, STRAIGHT),
     (STRAIGHT, 6, STAND),
+    (STRAIGHT, 1, STAND),
+    (LEFT, 1, STAND),
+    (RIGHT, 1, STAND),
+    (LEFT, 4, STAND),
+    (RIGHT, 4, STAND),
     (LEFT, 2, STRAIGHT),
     (RIGHT, 2, STRAIGHT),
     (LEFT, 4, STRAIGHT),
     (RIGHT, 4, STRAIGHT),
-    (LEFT, 8, STRAIGHT),
-    (RIGHT, 8, STRAIGHT),
     (BEND_LEFT, STEPS, STRAIGHT),
     (BEND_RIGHT, STEPS, STRAIGHT),
     (STAND, 6, STRAIGHT),
@@ -123,7 +128,8 @@ impl<'t> Planner<'t> {
         // Whoever is nearer than the margin already may go away from there.
         let still_m = self.terrain.clearance_m(body.pose.position) - config.robot_radius_m;
         let reach_m = config.robot_radius_m + MARGIN_M.min(still_m - 0.01).max(0.0);
-        let mut care_s = 0.0;
+        let end = if last == STAND { HELD_STEPS + next_steps } else { STEPS };
+        let (mut care_s, mut end_s) = (0.0, 0.0);
         for step in 0..STEPS {
             let (left, right) = match step {
                 _ if step < HELD_STEPS => held,
@@ -144,8 +150,11 @@ impl<'t> Planner<'t> {
             }
             care_s += STEP_S * CARE_PRICE.0 * lack(still_m, CARE_M.0);
             care_s += STEP_S * CARE_PRICE.1 * lack(moving_m, CARE_M.1);
+            if step + 1 == end {
+                end_s = elapsed_s + self.time_from(&body.pose);
+            }
         }
-        care_s + STEPS as f64 * STEP_S + self.time_from(&body.pose)
+        care_s + end_s
     }
 
     fn time_from(&self, pose: &Pose) -> f64 {

@@ -51,8 +51,7 @@ pub fn fly(
                 None => fly_one(world, pair, config, driver, streams, trial)?,
                 Some(terrain) => {
                     let (start, goal) = (pair.start, pair.goal);
-                    let outcome =
-                        run_planned_trial(world, terrain, start, goal, config, streams)?;
+                    let outcome = run_planned_trial(world, terrain, start, goal, config, streams)?;
                     Flown { trial, outcome, chip: None }
                 }
             });

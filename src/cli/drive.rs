@@ -77,7 +77,10 @@ fn is_network(name: &str) -> bool {
     let path = Path::new(name);
     match path.extension() {
         Some(extension) => extension == "toml",
-        None => ![STRAIGHT, PLANNER].contains(&name) && (builtin::NAMES.contains(&name) || !path.exists()),
+        None => {
+            ![STRAIGHT, PLANNER].contains(&name)
+                && (builtin::NAMES.contains(&name) || !path.exists())
+        }
     }
 }
 

@@ -182,7 +182,9 @@ fn nearest(movers: &[(Point2<f64>, f64)], place: Point2<f64>) -> f64 {
 fn forecast(world: &World, steps: u64) -> Forecast {
     let at = |step: u64| {
         let movers = world.arena().movers().iter();
-        movers.map(|mover| (mover.position(steps + step * PHYSICS_STEPS), mover.radius_m())).collect()
+        movers
+            .map(|mover| (mover.position(steps + step * PHYSICS_STEPS), mover.radius_m()))
+            .collect()
     };
     (1..=STEPS as u64).map(at).collect()
 }

@@ -68,6 +68,9 @@ impl EventFrame {
 }
 
 fn pixel(x: usize, y: usize) -> usize {
-    assert!(x < FRAME_COLUMNS && y < FRAME_ROWS, "pixel ({x}, {y}) is outside of {FRAME_COLUMNS} x {FRAME_ROWS}");
+    assert!(
+        x < FRAME_COLUMNS && y < FRAME_ROWS,
+        "pixel ({x}, {y}) is outside of {FRAME_COLUMNS} x {FRAME_ROWS}"
+    );
     y * FRAME_COLUMNS + x
 }

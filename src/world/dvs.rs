@@ -20,8 +20,8 @@ mod stream_file;
 mod texture;
 mod view;
 
-pub use config::{CameraConfig, CameraError, PixelConfig, THRESHOLD_MIN};
 pub use crate::policy::EventFrame;
+pub use config::{CameraConfig, CameraError, PixelConfig, THRESHOLD_MIN};
 pub use frame::Event;
 pub use statistics::{Activity, Summary};
 pub use stream_file::{EVENTS_MAX, EventStream, EventStreamError};

@@ -132,9 +132,8 @@ impl Terrain {
         let high = (low + 1) % n;
         let end_rad = if high == 0 { TAU } else { self.angles_rad[high] };
         let share = (yaw_rad - self.angles_rad[low]) / (end_rad - self.angles_rad[low]);
-        let at = |heading| {
-            self.blend(cell, x, y, |cell| f64::from(ways.time_s[cell * n + heading]))
-        };
+        let at =
+            |heading| self.blend(cell, x, y, |cell| f64::from(ways.time_s[cell * n + heading]));
         Some(at(low) * (1.0 - share) + at(high) * share)
     }
 
@@ -151,9 +150,10 @@ impl Terrain {
         }
         for from in [heading, turns[0], turns[1]] {
             let (x, y) = HEADINGS[from];
-            let (column, row) = ((cell % self.columns) as i64 - x, (cell / self.columns) as i64 - y);
-            let inside = (0..self.columns as i64).contains(&column)
-                && (0..self.rows as i64).contains(&row);
+            let (column, row) =
+                ((cell % self.columns) as i64 - x, (cell / self.columns) as i64 - y);
+            let inside =
+                (0..self.columns as i64).contains(&column) && (0..self.rows as i64).contains(&row);
             if !inside {
                 continue;
             }

@@ -10,6 +10,7 @@ mod output;
 mod report;
 mod run;
 mod trace;
+mod train;
 
 pub(crate) use args::Args;
 pub(crate) use output::complain;
@@ -51,6 +52,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Demo(args) => demo::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Trace(args) => trace::run(&args),
+        Verb::Train(args) => train::run(&args),
         Verb::Completions { shell } => {
             output::completions(shell)?;
             Ok(Verdict::Good)

@@ -87,6 +87,8 @@ pub struct HsvaeConfig {
     pub divergence_weight: f32,
     /// Weight of the mean spike rate.
     pub rate_weight: f32,
+    /// Factor on the encoder's initial weights.
+    pub encoder_gain: f32,
     /// Share of noise in the action that drives.
     pub exploration: f64,
     /// Control ticks of a stretch that gradients go back through.
@@ -153,12 +155,10 @@ impl FlightConfig {
     ///
     /// Errors: a text or number that is not allowed; `file` is the name that errors mention.
     pub fn trial(&self, file: &str, camera: bool) -> Result<TrialConfig, TrainConfigError> {
-        let actuators: Actuators = self.actuators.parse().map_err(
-            |e: crate::world::robot::ActuatorsError| TrainConfigError::Text {
-                file: file.to_owned(),
-                message: e.to_string(),
-            },
-        )?;
+        let actuators: Actuators =
+            self.actuators.parse().map_err(|e: crate::world::robot::ActuatorsError| {
+                TrainConfigError::Text { file: file.to_owned(), message: e.to_string() }
+            })?;
         range(file, "flight.worlds", self.worlds as f64, 1.0, 256.0)?;
         range(file, "flight.ticks_per_round", self.ticks_per_round as f64, 1.0, 1e6)?;
         let config = TrialConfig {
@@ -202,6 +202,7 @@ impl HsvaeConfig {
         range(file, "learning_rate", f64::from(config.learning_rate), 0.0, 1.0)?;
         range(file, "divergence_weight", f64::from(config.divergence_weight), 0.0, 1e3)?;
         range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
+        range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
         range(file, "exploration", config.exploration, 0.0, 1.0)?;
         range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
         Ok(config)
@@ -219,6 +220,7 @@ impl HsvaeConfig {
         HsvaeShape {
             divergence_weight: self.divergence_weight,
             rate_weight: self.rate_weight,
+            encoder_gain: self.encoder_gain,
             ..HsvaeShape::eem_san()
         }
     }

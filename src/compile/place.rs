@@ -84,10 +84,8 @@ impl Placer<'_> {
             }
             let len = neurons.div_ceil(n_parts);
             let tile = |first: usize| Tile::flat(first..neurons.min(first + len));
-            let parts: Vec<Part> = (0..neurons)
-                .step_by(len)
-                .map(|first| self.part(population, tile(first)))
-                .collect();
+            let parts: Vec<Part> =
+                (0..neurons).step_by(len).map(|first| self.part(population, tile(first))).collect();
             let excess = parts.iter().find_map(|part| self.excess(population, part, &fan_out));
             let Some(excess) = excess else {
                 return Ok(parts);

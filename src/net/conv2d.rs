@@ -95,8 +95,11 @@ impl Conv2d {
         let (height, width) = (extent(input.height, kernel[0])?, extent(input.width, kernel[1])?);
         let output = Shape { channels, height, width };
         let weights = [channels, input.channels, kernel[0], kernel[1]];
-        for factors in [&[input.channels, input.height, input.width][..], &[channels, height, width], &weights] {
-            let product = factors.iter().try_fold(1usize, |product, size| product.checked_mul(*size));
+        for factors in
+            [&[input.channels, input.height, input.width][..], &[channels, height, width], &weights]
+        {
+            let product =
+                factors.iter().try_fold(1usize, |product, size| product.checked_mul(*size));
             if product.is_none_or(|product| product > SIZE_MAX) {
                 return Err(format!("{factors:?} is more than {SIZE_MAX} in all"));
             }
@@ -132,6 +135,11 @@ impl Conv2d {
     /// Distance between neighbouring outputs, in input pixels.
     pub fn stride(&self) -> usize {
         self.stride
+    }
+
+    /// Zero rows and columns around the input.
+    pub fn pad(&self) -> usize {
+        self.pad
     }
 
     /// Input rows that the output rows `rows` see.

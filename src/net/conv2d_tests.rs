@@ -32,7 +32,8 @@ fn sizes_that_do_not_go_together_are_refused() {
         Conv2d::new(input, channels, [kernel, kernel], stride, pad).map(|c| c.output().to_string())
     };
     assert_eq!(new(8, 3, 4, 2, 1).unwrap(), "3x4x4");
-    let refused = |result: Result<String, String>, text: &str| assert_eq!(result.unwrap_err(), text);
+    let refused =
+        |result: Result<String, String>, text: &str| assert_eq!(result.unwrap_err(), text);
     refused(new(0, 3, 4, 2, 1), "a size is 0, must be 1..=16777216");
     refused(new(8, 3, 4, 0, 1), "a size is 0, must be 1..=16777216");
     refused(new(8, 3, 4, 2, 4), "pad = 4, must be below the kernel of [4, 4]");

@@ -217,7 +217,8 @@ fn convolution(form: &ProjectionForm, sizes: [usize; 2]) -> Result<Option<Conv2d
     if conv.output() != output {
         return Err(format!("out_shape {output}, but the convolution gives {}", conv.output()));
     }
-    let named = [("in_shape", input, &form.src, sizes[0]), ("out_shape", output, &form.dst, sizes[1])];
+    let named =
+        [("in_shape", input, &form.src, sizes[0]), ("out_shape", output, &form.dst, sizes[1])];
     for (key, shape, population, neurons) in named {
         if shape.neurons() != neurons {
             let has = shape.neurons();

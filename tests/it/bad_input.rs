@@ -617,7 +617,7 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
         ("\"src\": \"in\"", "\"src\": \"nobody\"", "n.json: no population is called nobody"),
         ("\"dst\": \"out\"", "\"dst\": \"in\"", "projection p: in is an input, it has no synapses"),
         ("\"w\": \"W\"", "\"w\": \"V\"", "n.npz: array V: is not there (there is: W)"),
-        ("\"dense\"", "\"dance\"", "projection p: kind dance found, dense expected"),
+        ("\"dense\"", "\"dance\"", "projection p: kind dance found, dense or conv2d expected"),
         ("\"lif\"", "\"liv\"", "population out: kind liv found, input or lif expected"),
         ("\"n\": 2", "\"n\": 3", "tensor W: shape [2, 1] found, shape [3, 1] expected"),
         ("\"n\": 2", "\"n\": 0", "population in: n = 0, must be 1..=1048576"),

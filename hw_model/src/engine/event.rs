@@ -234,6 +234,18 @@ impl CoreRun {
                     *sum += i32::from(*weight);
                 }
             }
+            RowShape::Runs { runs_at, n_runs } => {
+                let mut weights = weights;
+                for (first, len) in &plan.runs[runs_at as usize..][..n_runs as usize] {
+                    let start = usize::from(base) + usize::from(*first);
+                    let (run, rest) = weights.split_at(usize::from(*len));
+                    let accumulators = &mut self.accumulators[start..][..run.len()];
+                    for (sum, weight) in accumulators.iter_mut().zip(run) {
+                        *sum += i32::from(*weight);
+                    }
+                    weights = rest;
+                }
+            }
             RowShape::Sparse { targets_at } => {
                 let targets = &plan.targets[targets_at as usize..][..weights.len()];
                 for (target, weight) in targets.iter().zip(weights) {
@@ -267,6 +279,7 @@ impl CoreRun {
         for block in &plan.blocks {
             let range = block.start..block.start + block.len;
             let lanes = Lanes {
+                bias: &plan.biases[range.clone()],
                 accumulators: &mut self.accumulators[range.clone()],
                 current: &mut self.current[range.clone()],
                 voltage: &mut self.voltage[range.clone()],

@@ -29,8 +29,8 @@ impl Tile {
     /// Numbers of the neurons in the order of their compartments.
     pub(super) fn neurons(&self, shape: Shape) -> Vec<usize> {
         let pixels = self.rows.clone().flat_map(|y| self.columns.clone().map(move |x| (y, x)));
-        let neurons = pixels
-            .flat_map(|(y, x)| self.channels.clone().map(move |c| shape.neuron(c, y, x)));
+        let neurons =
+            pixels.flat_map(|(y, x)| self.channels.clone().map(move |c| shape.neuron(c, y, x)));
         neurons.collect()
     }
 

@@ -78,14 +78,12 @@ fn mlp_spikes_equal_the_golden_ones_by_every_engine_and_thread_count() {
 fn conv_spikes_equal_the_golden_ones_by_every_engine_and_thread_count() {
     let Some(net) = GoldenNet::read("conv", None) else { return };
     let first = net.check(net.event(1), 100, "event engine");
-    assert_eq!(first.synaptic_ops(), 112_073_020);
+    // The last kernel has three zeros, which are not stored where a sparse list is smaller: 334
+    // operations less than there are synaptic events.
+    assert_eq!(first.synaptic_ops(), 112_073_020 - 334);
     for threads in [2, 3] {
         let what = format!("event engine, {threads} threads");
         assert_eq!(net.check(net.event(threads), 100, &what), first, "{what}");
     }
-    // The dense engine visits all 11 million synapses in every step.
-    let steps = if std::env::var_os("RUN_SLOW_TESTS").is_some() { 100 } else { 20 };
-    println!("dense engine: {steps} steps of 100 (all with RUN_SLOW_TESTS=1)");
-    let expected = net.check(net.event(2), steps, "event engine");
-    assert_eq!(net.check(net.dense(), steps, "dense engine"), expected);
+    assert_eq!(net.check(net.dense(), 100, "dense engine"), first);
 }

@@ -24,7 +24,8 @@ pub struct EventEngine {
     map: Arc<CoreMap>,
     plan: Arc<Plan>,
     widths: Widths,
-    threads: usize,
+    /// Cores of each thread.
+    shares: Vec<usize>,
     cores: Vec<CoreRun>,
     spikes: [SpikeSets; 2],
     chip_counts: OpCounts,
@@ -87,7 +88,7 @@ impl EventEngine {
         let barriers_ps = barriers_ps(&map);
         Self {
             widths: Widths::new(&map.chip().arithmetic),
-            threads: threads.clamp(1, map.cores().len().max(1)),
+            shares: plan.shares(threads),
             cores: plan.cores.iter().map(core).collect(),
             spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
             chip_counts: OpCounts::default(),
@@ -106,7 +107,7 @@ impl EventEngine {
             map: Arc::clone(&self.map),
             plan: Arc::clone(&self.plan),
             widths: self.widths,
-            threads: self.threads,
+            shares: self.shares.clone(),
             cores,
             spikes: [
                 SpikeSets::new(&self.plan.source_sizes),
@@ -345,8 +346,7 @@ impl Engine for EventEngine {
     }
 
     fn run(&mut self, stimulus: &Stimulus, record: &mut SpikeRecord) {
-        let per_thread = self.cores.len().div_ceil(self.threads).max(1);
-        let workers = self.cores.len().div_ceil(per_thread).max(1);
+        let workers = self.shares.len();
         let run = Run {
             plan: &self.plan,
             tables: &self.map.chip().cost_tables,
@@ -363,15 +363,14 @@ impl Engine for EventEngine {
         } else {
             let record: &SpikeRecord = record;
             crossbeam::thread::scope(|scope| {
-                let handles: Vec<_> = self
-                    .cores
-                    .chunks_mut(per_thread)
-                    .enumerate()
-                    .map(|(worker, cores)| {
-                        let (run, first) = (&run, worker * per_thread);
-                        scope.spawn(move |_| run.work(first, cores, record))
-                    })
-                    .collect();
+                let (mut rest, mut next) = (&mut self.cores[..], 0);
+                let mut handles = Vec::with_capacity(workers);
+                for len in &self.shares {
+                    let (cores, others) = rest.split_at_mut(*len);
+                    let (run, first) = (&run, next);
+                    handles.push(scope.spawn(move |_| run.work(first, cores, record)));
+                    (rest, next) = (others, next + len);
+                }
                 shares.extend(handles.into_iter().map(|h| h.join().expect("no worker panics")));
             })
             .expect("no worker panics");

@@ -22,6 +22,10 @@ pub(super) struct Plan {
     pub(super) port_messages: Vec<Vec<u32>>,
 }
 
+/// What a compartment's update takes beside one synapse of an input axon, most of which have no
+/// spike in most steps. Only the balance of threads depends on it.
+const UPDATE_WORK: u64 = 50;
+
 /// What one core needs to run.
 #[derive(Debug)]
 pub(super) struct CorePlan {
@@ -116,7 +120,38 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Numbers of consecutive cores for at most `threads` threads, with about equal work.
+    pub(super) fn shares(&self, threads: usize) -> Vec<usize> {
+        let n = self.cores.len();
+        let threads = threads.clamp(1, n.max(1));
+        let mut sums = Vec::with_capacity(n);
+        let total = self.cores.iter().fold(0, |sum, core| {
+            sums.push(sum + core.work());
+            sum + core.work()
+        });
+        let mut first = 0;
+        let share = |thread: usize| {
+            let goal = total * thread as u64 / threads as u64;
+            let end = sums.partition_point(|sum| *sum < goal) + 1;
+            // At least one core each, for those that follow as well.
+            let end = if thread == threads { n } else { end.max(first + 1) };
+            let end = end.min(n - (threads - thread).min(n));
+            let len = end - first;
+            first = end;
+            len
+        };
+        (1..=threads).map(share).collect()
+    }
+}
+
 impl CorePlan {
+    /// Work of a step, roughly.
+    fn work(&self) -> u64 {
+        let synapses = |(row, _): &(u32, u16)| u64::from(self.rows[*row as usize].len);
+        UPDATE_WORK * self.sends.len() as u64 + self.axons.iter().map(synapses).sum::<u64>()
+    }
+
     fn new(map: &CoreMap, id: usize, core: &Core, links: Vec<Link>) -> Self {
         let mut plan = Self {
             blocks: blocks(map, core),
@@ -267,3 +302,7 @@ fn add_links(
         links[edges[0].0].push(Link { source, starts, axons });
     }
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -83,6 +83,10 @@ fn parts_that_do_not_go_together_are_refused_with_the_place() {
         "projection 2: from Port(1), which is not there; correct the network",
     );
     refused(
+        |g| g.projections[2].sources.clear(),
+        "projection 2: has no source; correct the network",
+    );
+    refused(
         |g| g.projections[0].mantissas = Mantissas::Conv(conv(6), vec![2; 17]),
         "projection 0: 17 weights, the kernel has [2, 1, 3, 3]; correct the network",
     );
@@ -121,6 +125,23 @@ fn pictures_of_other_shapes_and_biases_for_no_channels_are_refused() {
             g.populations[1].neurons = 0;
         },
         "population a: has no neurons; correct the network",
+    );
+}
+
+#[test]
+fn sizes_beyond_all_memory_are_refused_without_taking_it() {
+    refused(
+        |g| {
+            g.projections.clear();
+            g.populations[0].neurons = usize::MAX;
+        },
+        "layer pic: its 18446744073709551615 neurons need more cores than the limit of 128 \
+         (loihi1.cores); make the layer smaller, allow more neurons per core, or use a chip with \
+         more or larger cores",
+    );
+    refused(
+        |g| g.ports[0].1 = 1 << 33,
+        "port in: 4294967295 lines, limit 16777216; the map is inconsistent",
     );
 }
 
@@ -188,6 +209,25 @@ fn a_neuron_of_a_picture_that_no_core_can_hold_is_refused() {
         "layer pic: its 32 neurons need more cores than the limit of 15 (loihi1.cores); \
          make the layer smaller, allow more neurons per core, or use a chip with more or larger \
          cores"
+    );
+}
+
+#[test]
+fn the_neuron_that_is_too_large_is_one_in_the_middle_of_the_picture() {
+    let mut padded = graph();
+    let input = Shape { channels: 1, height: 6, width: 6 };
+    let conv = Conv2d::new(input, 2, [3, 3], 1, 1).unwrap();
+    padded.populations = vec![padded.populations[0].clone()];
+    padded.populations[0].neurons = 72;
+    padded.projections.truncate(1);
+    padded.projections[0].mantissas = Mantissas::Conv(conv, vec![2; conv.n_weights()]);
+    let mut chip = ChipSpec::loihi1();
+    // A corner would fit.
+    chip.limits.input_axons_per_core = 8;
+    assert_eq!(
+        place(&padded, &chip, None).unwrap_err().to_string(),
+        "layer pic: one neuron needs 9 input axons, limit 8 per core; \
+         reduce the fan-in of the layer or prune whole inputs"
     );
 }
 

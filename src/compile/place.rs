@@ -76,17 +76,18 @@ impl Placer<'_> {
     /// The smallest number of equal parts that fit.
     fn partition_range(&self, population: usize) -> Result<Vec<Part>, CompileError> {
         let neurons = self.graph.populations[population].neurons;
-        let fan_out = self.fan_out(population);
         let mut n_parts = neurons.div_ceil(self.len_max());
+        let mut known = None;
         loop {
             if n_parts > self.chip.limits.cores as usize {
                 return Err(self.too_many_parts(population));
             }
+            let fan_out = known.get_or_insert_with(|| self.fan_out(population, neurons));
             let len = neurons.div_ceil(n_parts);
             let tile = |first: usize| Tile::flat(first..neurons.min(first + len));
             let parts: Vec<Part> =
                 (0..neurons).step_by(len).map(|first| self.part(population, tile(first))).collect();
-            let excess = parts.iter().find_map(|part| self.excess(population, part, &fan_out));
+            let excess = parts.iter().find_map(|part| self.excess(population, part, fan_out));
             let Some(excess) = excess else {
                 return Ok(parts);
             };
@@ -103,7 +104,7 @@ impl Placer<'_> {
     /// inputs, as each takes an axon and a message.
     fn partition_picture(&self, population: usize) -> Result<Vec<Part>, CompileError> {
         let shape = self.shapes[population];
-        let fan_out = self.fan_out(population);
+        let fan_out = self.fan_out(population, shape.neurons());
         let seen = |size: &[usize; 3]| self.inputs_seen(population, size);
         let n_tiles_max = self.chip.limits.cores as usize;
         for tiling in tilings(shape, self.len_max(), n_tiles_max, seen) {
@@ -157,12 +158,15 @@ impl Placer<'_> {
             .find(|(_, used, limit)| used > limit)
     }
 
-    /// Output axons that each neuron of a population needs, given the parts of its targets.
-    fn fan_out(&self, population: usize) -> Vec<u64> {
-        let mut fan_out = vec![0; self.graph.populations[population].neurons];
+    /// Output axons that each of the first `n` neurons of a population needs, given the parts of
+    /// its targets.
+    fn fan_out(&self, population: usize, n: usize) -> Vec<u64> {
+        let mut fan_out = vec![0; n];
         for (source, unit, _) in self.parts.iter().flatten().flat_map(|part| &part.edges) {
-            if *source == Source::Population(population) {
-                fan_out[*unit] += 1;
+            if let (true, Some(axons)) =
+                (*source == Source::Population(population), fan_out.get_mut(*unit))
+            {
+                *axons += 1;
             }
         }
         fan_out
@@ -170,8 +174,11 @@ impl Placer<'_> {
 
     /// More parts than cores: because one neuron is too large already, or there are too many.
     fn too_many_parts(&self, population: usize) -> CompileError {
-        let one = Tile::flat(0..1);
-        let fan_out = self.fan_out(population);
+        // Of a picture one in the middle, where nothing is cut off its inputs.
+        let shape = self.shapes[population];
+        let (y, x) = (shape.height / 2, shape.width / 2);
+        let one = Tile { channels: 0..1, rows: y..y + 1, columns: x..x + 1 };
+        let fan_out = self.fan_out(population, shape.neuron(0, y, x) + 1);
         if let Some(excess) = self.excess(population, &self.part(population, one), &fan_out) {
             return self.too_large(population, excess);
         }
@@ -251,7 +258,9 @@ impl Placer<'_> {
         let edges_of = |source| edges.get(&source).map_or(&[][..], Vec::as_slice);
         let ports = self.graph.ports.iter().enumerate();
         let ports = ports.map(|(index, (name, lines))| {
-            host_port(name, *lines as u32, edges_of(Source::Port(index)))
+            // Too many lines are refused with the map.
+            let lines = u32::try_from(*lines).unwrap_or(u32::MAX);
+            host_port(name, lines, edges_of(Source::Port(index)))
         });
         let ports = ports.collect();
         let mut populations = Vec::new();

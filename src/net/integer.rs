@@ -1,6 +1,11 @@
 //! Networks that are integer from the start: a JSON file and an npz file of the same name.
 //!
 //! Weights are mantissas of 8-bit mixed sign mode, thresholds are mantissas, decays are per 4096.
+//!
+//! A projection of kind `dense` has weights `[sources, targets]`. One of kind `conv2d` has
+//! `in_shape` and `out_shape` as `[channels, height, width]`, `kernel`, `stride`, `pad`, and
+//! weights `[output channels, input channels, kernel, kernel]`. Projections of equal weights onto
+//! one population share them on the chip.
 
 use std::path::Path;
 

@@ -601,7 +601,7 @@ const INTEGERS: &str = r#"{"name": "n", "delta_u": 2048, "delta_v": 1024,
     "projections": [{"name": "p", "src": "in", "dst": "out", "kind": "dense", "w": "W"}]}"#;
 
 /// An npz file with `W` of shape [2, 1].
-fn integer_weights(values: [i64; 2]) -> Vec<u8> {
+pub(crate) fn integer_weights(values: [i64; 2]) -> Vec<u8> {
     use std::io::Write;
     let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));

@@ -14,6 +14,10 @@ use spikeloop::compile::graph::{
 };
 use spikeloop::compile::place::place;
 use spikeloop::net::conv2d::{Conv2d, Shape};
+use spikeloop::net::integer;
+use spikeloop::npz::Npz;
+
+use crate::bad_input::integer_weights;
 
 /// Numbers that look random, the same in every run.
 struct Numbers(u64);
@@ -311,6 +315,22 @@ fn most_random_convolutions_run_and_on_several_cores_each() {
     assert!(cores.len() >= 20, "only {} of 40 cases ran", cores.len());
     let several = cores.iter().filter(|n| **n >= 8).count();
     assert!(several >= 10, "cores of the cases: {cores:?}");
+}
+
+#[test]
+fn projections_of_equal_weights_onto_one_population_share_axons() {
+    let text = r#"{"name": "n", "delta_u": 2048, "delta_v": 1024,
+        "populations": [{"name": "in", "n": 2, "kind": "input"},
+                        {"name": "more", "n": 2, "kind": "input"},
+                        {"name": "out", "n": 1, "kind": "lif", "vth_mant": 10}],
+        "projections": [{"name": "p", "src": "in", "dst": "out", "kind": "dense", "w": "W"},
+                        {"name": "q", "src": "more", "dst": "out", "kind": "dense", "w": "W"}]}"#;
+    let mut npz = Npz::from_bytes("x", integer_weights([2, -4])).unwrap();
+    let net = integer::from_parts("x", text, &mut npz).unwrap();
+    let map = place(&IntegerGraph::from(net), &ChipSpec::loihi1(), None).unwrap();
+    assert_eq!((map.cores()[0].lists.len(), map.cores()[0].axons_in.len()), (2, 2));
+    assert_eq!(map.ports()[0].targets, map.ports()[1].targets);
+    assert_eq!(map.ports()[0].targets.len(), 2);
 }
 
 const DECISION: [(&str, usize); 4] = [("fc1", 256), ("fc2", 256), ("fc3", 256), ("out", 2)];

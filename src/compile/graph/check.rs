@@ -42,7 +42,9 @@ impl IntegerGraph {
         };
         let stored = projection.mantissas.values().len();
         match &projection.mantissas {
-            Mantissas::Dense(_) if target.neurons == 0 || stored % target.neurons != 0 => {
+            Mantissas::Dense(_)
+                if target.neurons == 0 || !stored.is_multiple_of(target.neurons) =>
+            {
                 Err(format!("{stored} weights are no rows for {} neurons", target.neurons))
             }
             Mantissas::Dense(_) => Ok(stored / target.neurons),
@@ -58,6 +60,9 @@ impl IntegerGraph {
     }
 
     fn check_sources(&self, projection: &Projection, rows: usize) -> Result<(), String> {
+        if projection.sources.is_empty() {
+            return Err("has no source".to_owned());
+        }
         for source in &projection.sources {
             let units = match source {
                 Source::Port(port) => self.ports.get(*port).map(|port| port.1),

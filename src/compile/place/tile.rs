@@ -118,7 +118,12 @@ pub(super) fn tilings(
 
 /// Sizes of `n` things in equal parts, for every number of parts; largest first.
 fn sizes(n: usize) -> Vec<usize> {
-    let mut sizes: Vec<usize> = (1..=n).map(|parts| n.div_ceil(parts)).collect();
-    sizes.dedup();
-    sizes
+    // The fewest parts that are smaller than the size before: none is smaller than 1.
+    let smaller =
+        |size: &usize| size.checked_sub(1).filter(|s| *s > 0).map(|s| n.div_ceil(n.div_ceil(s)));
+    std::iter::successors(Some(n), smaller).collect()
 }
+
+#[cfg(test)]
+#[path = "tile_tests.rs"]
+mod tests;

@@ -10,6 +10,7 @@
 
 mod config;
 mod outcome;
+pub mod planner;
 mod straight_to_goal;
 mod trial;
 
@@ -40,6 +41,26 @@ pub fn run_trial(
     policy.start_trial(streams);
     while trial.end().is_none() {
         trial.tick(policy);
+    }
+    Ok(trial.into_outcome())
+}
+
+/// As [`run_trial`], with the planner that knows everything.
+///
+/// Errors: as [`run_trial`].
+pub fn run_planned_trial(
+    world: &World,
+    terrain: &planner::Terrain,
+    start: Pose,
+    goal: Point2<f64>,
+    config: &TrialConfig,
+    streams: Streams,
+) -> Result<TrialOutcome, ConfigError> {
+    let mut trial = Trial::new(world, start, goal, config, streams)?;
+    let planner = planner::Planner::new(terrain, goal, config.wheel_speed_m_per_s_max);
+    while trial.end().is_none() {
+        let (action, _) = planner.plan(&trial);
+        trial.drive(action);
     }
     Ok(trial.into_outcome())
 }

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use driver::{Driver, DriverKind, EngineKind};
 
-use crate::closed_loop::{ConfigError, TrialConfig, TrialOutcome, run_trial};
+use crate::closed_loop::planner::Terrain;
+use crate::closed_loop::{ConfigError, TrialConfig, TrialOutcome, run_planned_trial, run_trial};
 use crate::host::ChipUse;
 use crate::rng::Streams;
 use crate::world::World;
@@ -38,13 +39,22 @@ pub fn fly(
     threads: usize,
     finished: &(dyn Fn() + Sync),
 ) -> Result<Vec<Flown>, ConfigError> {
+    let terrain = driver.is_planner().then(|| Terrain::new(world));
     let next = AtomicUsize::new(0);
     let fly_some = || -> Result<Vec<Flown>, ConfigError> {
         let mut flown = Vec::new();
         loop {
             let trial = next.fetch_add(1, Ordering::Relaxed);
             let Some(pair) = pairs.get(trial) else { return Ok(flown) };
-            flown.push(fly_one(world, pair, config, driver, seed, trial)?);
+            let streams = Streams::new(seed, trial as u64);
+            flown.push(match &terrain {
+                None => fly_one(world, pair, config, driver, streams, trial)?,
+                Some(terrain) => {
+                    let (start, goal) = (pair.start, pair.goal);
+                    let outcome = run_planned_trial(world, terrain, start, goal, config, streams)?;
+                    Flown { trial, outcome, chip: None }
+                }
+            });
             finished();
         }
     };
@@ -68,11 +78,10 @@ fn fly_one(
     pair: &Pair,
     config: &TrialConfig,
     driver: &Driver,
-    seed: u64,
+    streams: Streams,
     trial: usize,
 ) -> Result<Flown, ConfigError> {
     let mut active = driver.start();
-    let streams = Streams::new(seed, trial as u64);
     let outcome = run_trial(world, pair.start, pair.goal, config, active.policy(), streams)?;
     Ok(Flown { trial, outcome, chip: active.chip_use() })
 }

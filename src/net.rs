@@ -3,11 +3,14 @@
 pub mod builtin;
 pub mod conv2d;
 pub mod description;
+pub mod eem_san;
 pub mod encoder;
 pub mod error;
 pub mod integer;
 pub mod network;
+mod tensors;
 
+pub use eem_san::{ConvLayer, EemSan, EventEncoder, PopulationBranch, Readout};
 pub use encoder::RateEncoder;
 pub use error::NetError;
 pub use network::{Layer, Network};

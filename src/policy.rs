@@ -3,6 +3,10 @@
 //! The float reference of a network and the emulated chip are two [`Policy`] types behind this
 //! one trait; the closed loop cannot tell them apart.
 
+mod event_frame;
+
+pub use event_frame::{EventFrame, FRAME_COLUMNS, FRAME_PIXELS, FRAME_ROWS};
+
 use crate::rng::Streams;
 
 /// Number of laser sectors that a policy sees.
@@ -21,6 +25,11 @@ pub struct Observation {
     pub angular_rad_per_s: f64,
     /// Median range per sector, from left (+85.6 deg) to right (-84.6 deg).
     pub laser_m: [f64; LASER_SECTORS],
+    /// Fastest wheel speed: what a component 1 of the action commands (`v_max`).
+    pub wheel_speed_m_per_s_max: f64,
+    /// Frames of the event camera since the last control tick, oldest first: five at 20 Hz, empty
+    /// ones at the first tick; none at all without a camera.
+    pub frames: Vec<EventFrame>,
 }
 
 /// Speeds of the two wheels as fractions of the allowed range, each in `0..=1`.

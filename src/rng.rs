@@ -38,6 +38,16 @@ pub mod stream {
     pub const POPULATION_SPIKES: &str = "nn.population";
     /// Bernoulli draws of the population code for the observation after it (target networks).
     pub const POPULATION_SPIKES_NEXT: &str = "nn.population.next";
+    /// Bernoulli draws of the population code of robot and laser state, per control tick.
+    pub const LASER_POPULATION: &str = "population.laser";
+    /// Bernoulli draws of the population code of the DVS state, per control tick.
+    pub const DVS_POPULATION: &str = "population.dvs";
+    /// Rooms that training takes place in, one counter value per room.
+    pub const TRAIN_ROOMS: &str = "train.rooms";
+    /// Choices of exploration, one stream per world and tick.
+    pub const EXPLORATION: &str = "train.exploration";
+    /// Which transitions make a batch, one counter value per update.
+    pub const REPLAY: &str = "train.replay";
     /// Gaussian draws of the latent vector while the auto-encoder is trained.
     pub const LATENT_NOISE: &str = "nn.latent";
 }

@@ -122,7 +122,7 @@ pub(super) struct RunArgs {
 #[derive(Debug, ClapArgs)]
 pub(super) struct DriveArgs {
     /// What drives, each in turn on the same trials: core maps (chip), description files or
-    /// built-in names (float), or `straight`
+    /// built-in names (float), `straight`, or `planner` (knows everything)
     #[arg(required = true, value_name = "MAP|NETWORK")]
     pub(super) drivers: Vec<String>,
     /// Weights of the networks that are not core maps

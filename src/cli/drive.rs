@@ -24,6 +24,8 @@ use crate::cli::{Failure, Verdict};
 const TRIALS_DEFAULT: usize = 200;
 /// Name of the driver that needs no network.
 const STRAIGHT: &str = "straight";
+/// Name of the driver that knows everything.
+const PLANNER: &str = "planner";
 
 pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     let inputs = args.drivers.iter().map(Path::new).chain([Path::new(&args.arena)]);
@@ -75,7 +77,10 @@ fn is_network(name: &str) -> bool {
     let path = Path::new(name);
     match path.extension() {
         Some(extension) => extension == "toml",
-        None => name != STRAIGHT && (builtin::NAMES.contains(&name) || !path.exists()),
+        None => {
+            ![STRAIGHT, PLANNER].contains(&name)
+                && (builtin::NAMES.contains(&name) || !path.exists())
+        }
     }
 }
 
@@ -83,6 +88,9 @@ fn is_network(name: &str) -> bool {
 fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driver, Failure> {
     if name == STRAIGHT {
         return Ok(Driver::straight());
+    }
+    if name == PLANNER {
+        return Ok(Driver::planner());
     }
     if is_network(name) {
         return Ok(Driver::float(&builtin::read(name, weights)?));

@@ -1,6 +1,7 @@
 //! Settings of a trial.
 
 use crate::world::PHYSICS_HZ;
+use crate::world::dvs::{CameraConfig, CameraError};
 use crate::world::laser::LASER_NOISE_M;
 use crate::world::robot::{Actuators, ROBOT_RADIUS_M, WHEEL_SPEED_M_PER_S_MIN};
 
@@ -23,6 +24,8 @@ pub struct TrialConfig {
     pub laser_noise_m: f64,
     /// Whether `0.99 a + 0.01 N(0, 1)` drives the wheels in place of the action `a`.
     pub action_noise: bool,
+    /// The event camera on the robot; `None` flies without one.
+    pub camera: Option<CameraConfig>,
 }
 
 /// A setting outside of its limits.
@@ -50,6 +53,9 @@ pub enum ConfigError {
         /// Largest value allowed.
         max: f64,
     },
+    /// A setting of the event camera is.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
 }
 
 impl TrialConfig {
@@ -65,6 +71,7 @@ impl TrialConfig {
             robot_radius_m: ROBOT_RADIUS_M,
             laser_noise_m: LASER_NOISE_M,
             action_noise: true,
+            camera: None,
         }
     }
 
@@ -88,7 +95,8 @@ impl TrialConfig {
         in_range("tick limit", self.ticks_max as f64, 1.0, 1e6)?;
         in_range("goal radius (m)", self.goal_radius_m, 0.01, 100.0)?;
         in_range("robot radius (m)", self.robot_radius_m, 0.01, 10.0)?;
-        in_range("laser noise (m)", self.laser_noise_m, 0.0, 10.0)
+        in_range("laser noise (m)", self.laser_noise_m, 0.0, 10.0)?;
+        Ok(self.camera.as_ref().map_or(Ok(()), CameraConfig::check)?)
     }
 }
 

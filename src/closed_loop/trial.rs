@@ -4,8 +4,9 @@ use nalgebra::Point2;
 
 use super::config::in_range;
 use super::{ConfigError, End, Outcome, TrialConfig, TrialOutcome};
-use crate::policy::{Action, Observation, Policy};
+use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
+use crate::world::dvs::EventCamera;
 use crate::world::geometry::{COORDINATE_M_MAX, Pose};
 use crate::world::laser::Laser;
 use crate::world::robot::{Robot, Twist};
@@ -28,6 +29,8 @@ pub struct Trial<'w> {
     decisions: u64,
     end: Option<End>,
     trajectory: Vec<[i32; 3]>,
+    camera: Option<EventCamera<'w>>,
+    frames: Vec<EventFrame>,
 }
 
 impl<'w> Trial<'w> {
@@ -43,6 +46,9 @@ impl<'w> Trial<'w> {
     ) -> Result<Self, ConfigError> {
         config.check()?;
         check_ends(&start, goal)?;
+        let camera = |camera| EventCamera::new(world, camera, streams, &start);
+        let camera = config.camera.as_ref().map(camera).transpose()?;
+        let blank = if camera.is_some() { config.steps_per_tick() as usize } else { 0 };
         let mut trial = Self {
             world,
             config: config.clone(),
@@ -55,6 +61,8 @@ impl<'w> Trial<'w> {
             decisions: 0,
             end: None,
             trajectory: vec![start.rounded_mm_mrad()],
+            camera,
+            frames: vec![EventFrame::default(); blank],
         };
         trial.end = trial.at_goal().or_else(|| trial.in_contact());
         Ok(trial)
@@ -87,6 +95,8 @@ impl<'w> Trial<'w> {
             linear_m_per_s: twist.linear_m_per_s.abs(),
             angular_rad_per_s: twist.angular_rad_per_s,
             laser_m: self.laser.front_m(self.world, self.steps, &pose, &mut noise),
+            wheel_speed_m_per_s_max: self.config.wheel_speed_m_per_s_max,
+            frames: self.frames.clone(),
         }
     }
 
@@ -104,9 +114,13 @@ impl<'w> Trial<'w> {
         let Action { left, right } = self.noisy(action);
         let command = Twist::of_wheels(left, right, self.config.wheel_speed_m_per_s_max);
         let steps_per_tick = self.config.steps_per_tick();
+        self.frames.clear();
         for step in 1..=steps_per_tick {
             self.robot.step(command);
             self.steps += 1;
+            if let Some(camera) = &mut self.camera {
+                self.frames.push(camera.advance(&self.robot.pose()));
+            }
             observe(self.steps, &self.robot.pose());
             let goal = if step == steps_per_tick { self.at_goal() } else { None };
             self.end = goal.or_else(|| self.in_contact());
@@ -124,6 +138,21 @@ impl<'w> Trial<'w> {
     /// Why the trial stopped; `None` while it runs.
     pub fn end(&self) -> Option<&End> {
         self.end.as_ref()
+    }
+
+    /// Where it takes place.
+    pub fn world(&self) -> &'w World {
+        self.world
+    }
+
+    /// Its settings.
+    pub fn config(&self) -> &TrialConfig {
+        &self.config
+    }
+
+    /// Centre of the goal.
+    pub fn goal(&self) -> Point2<f64> {
+        self.goal
     }
 
     /// The robot.

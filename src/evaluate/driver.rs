@@ -33,6 +33,8 @@ pub enum DriverKind {
     },
     /// Steers at the goal and sees nothing.
     Straight,
+    /// Knows all obstacles and where the movers will be: what is possible.
+    Planner,
 }
 
 /// A driver that every trial starts afresh.
@@ -75,18 +77,28 @@ impl Driver {
         Self { label: "straight to goal".to_owned(), kind: DriverKind::Straight }
     }
 
+    /// The planner that knows everything.
+    pub fn planner() -> Self {
+        Self { label: "planner (knows all)".to_owned(), kind: DriverKind::Planner }
+    }
+
+    /// Whether this is the planner, which flies without a [`Policy`].
+    pub(super) fn is_planner(&self) -> bool {
+        matches!(self.kind, DriverKind::Planner)
+    }
+
     /// The compiled network, when this is one.
     pub fn deployment(&self) -> Option<&Deployment> {
         match &self.kind {
             DriverKind::Chip { deployment, .. } => Some(deployment),
-            DriverKind::Float(_) | DriverKind::Straight => None,
+            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner => None,
         }
     }
 
     pub(super) fn start(&self) -> Active {
         match &self.kind {
             DriverKind::Float(policy) => Active::Other(policy.clone()),
-            DriverKind::Straight => Active::Other(Box::new(StraightToGoal)),
+            DriverKind::Straight | DriverKind::Planner => Active::Other(Box::new(StraightToGoal)),
             DriverKind::Chip { deployment, template } => {
                 let engine: Box<dyn Engine> = match template {
                     Some(template) => Box::new(template.fresh()),

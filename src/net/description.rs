@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use safetensors::{Dtype, SafeTensors};
 use serde::Deserialize;
 
 use crate::files;
 use crate::net::encoder::{RATE_INPUTS, RateEncoder};
 use crate::net::error::NetError;
 use crate::net::network::{Layer, Network, RELAY_NAMES};
+use crate::net::tensors::{self, TensorReader};
 
 /// Version of the description format.
 const FORMAT: u32 = 1;
@@ -184,10 +184,7 @@ fn build(
     weights_file: &str,
     weights: &[u8],
 ) -> Result<Network, NetError> {
-    let tensors = SafeTensors::deserialize(weights).map_err(|e| NetError::Syntax {
-        file: weights_file.to_owned(),
-        message: format!("not a readable safetensors file ({e}); export the weights again"),
-    })?;
+    let tensors = tensors::open(weights_file, weights)?;
     let EncoderDescription::Rate(encoder) = d.encoder;
     let DecoderDescription::Rate {} = d.decoder;
     let mut inputs = RATE_INPUTS;
@@ -218,49 +215,6 @@ fn build(
         });
     }
     Ok(Network { name: d.name, steps: d.steps, encoder, relay: d.relay, layers })
-}
-
-struct TensorReader<'a> {
-    file: &'a str,
-    layer: &'a str,
-    tensors: &'a SafeTensors<'a>,
-}
-
-impl TensorReader<'_> {
-    /// A float32 tensor of exactly `shape`, all of it finite.
-    fn read(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, NetError> {
-        let error = |found: String| NetError::Tensor {
-            file: self.file.to_owned(),
-            layer: self.layer.to_owned(),
-            tensor: name.to_owned(),
-            found,
-            expected: format!("F32 {shape:?}"),
-        };
-        let there = || format!("nothing (there is: {})", self.names());
-        let tensor = self.tensors.tensor(name).map_err(|_| error(there()))?;
-        if tensor.dtype() != Dtype::F32 || tensor.shape() != shape {
-            return Err(error(format!("{:?} {:?}", tensor.dtype(), tensor.shape())));
-        }
-        let (numbers, _) = tensor.data().as_chunks::<4>();
-        let values: Vec<f32> = numbers.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-        match values.iter().position(|value| !value.is_finite()) {
-            None => Ok(values),
-            Some(index) => Err(NetError::NotFinite {
-                file: self.file.to_owned(),
-                layer: self.layer.to_owned(),
-                tensor: name.to_owned(),
-                index,
-                value: values[index],
-            }),
-        }
-    }
-
-    fn names(&self) -> String {
-        let mut names = self.tensors.names();
-        names.sort_unstable();
-        names.truncate(12);
-        names.join(", ")
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use safetensors::Dtype;
 use safetensors::tensor::TensorView;
 
 use super::*;

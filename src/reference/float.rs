@@ -14,8 +14,9 @@ pub struct FloatNetwork {
     layers: Vec<FloatLayer>,
 }
 
+/// A fully connected layer and its state.
 #[derive(Debug, Clone)]
-struct FloatLayer {
+pub(super) struct FloatLayer {
     /// Weights by input: `columns[i * neurons + n]`.
     columns: Vec<f32>,
     bias: Vec<f32>,
@@ -24,7 +25,7 @@ struct FloatLayer {
     threshold: f32,
     current: Vec<f32>,
     voltage: Vec<f32>,
-    spikes: Vec<bool>,
+    pub(super) spikes: Vec<bool>,
 }
 
 impl FloatNetwork {
@@ -45,7 +46,7 @@ impl FloatNetwork {
             let mut spikes: &[bool] = step;
             let last = self.layers.len() - 1;
             for (index, layer) in self.layers.iter_mut().enumerate() {
-                layer.step(spikes);
+                layer.step(&[spikes]);
                 spikes = &layer.spikes;
                 decision.add_step(index, spikes, index == last);
             }
@@ -55,7 +56,7 @@ impl FloatNetwork {
 }
 
 impl FloatLayer {
-    fn new(layer: &Layer) -> Self {
+    pub(super) fn new(layer: &Layer) -> Self {
         let columns = (0..layer.inputs)
             .flat_map(|i| (0..layer.neurons).map(move |n| layer.weights[n * layer.inputs + i]));
         Self {
@@ -70,18 +71,22 @@ impl FloatLayer {
         }
     }
 
-    fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.current.fill(0.0);
         self.voltage.fill(0.0);
         self.spikes.fill(false);
     }
 
-    /// `c = d_c c + W s + b`, `v = d_v v (1 - s_prev) + c`, `s = [v > threshold]`.
-    fn step(&mut self, input: &[bool]) {
+    /// `c = d_c c + W s + b`, `v = d_v v (1 - s_prev) + c`, `s = [v > threshold]`, where `s` may be
+    /// several groups of spikes that share the weights.
+    pub(super) fn step(&mut self, inputs: &[&[bool]]) {
         let neurons = self.spikes.len();
         let mut drive = vec![0.0f32; neurons];
-        for (column, _) in self.columns.chunks_exact(neurons).zip(input).filter(|(_, s)| **s) {
-            drive.iter_mut().zip(column).for_each(|(sum, weight)| *sum += weight);
+        for input in inputs {
+            let columns = self.columns.chunks_exact(neurons).zip(*input);
+            for (column, _) in columns.filter(|(_, spike)| **spike) {
+                drive.iter_mut().zip(column).for_each(|(sum, weight)| *sum += weight);
+            }
         }
         for (n, drive) in drive.into_iter().enumerate() {
             self.current[n] = self.keep_current * self.current[n] + (drive + self.bias[n]);

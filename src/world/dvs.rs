@@ -20,11 +20,13 @@ mod stream_file;
 mod texture;
 mod view;
 
+pub use crate::policy::EventFrame;
 pub use config::{CameraConfig, CameraError, PixelConfig, THRESHOLD_MIN};
-pub use frame::{Event, EventFrame};
+pub use frame::Event;
 pub use statistics::{Activity, Summary};
 pub use stream_file::{EVENTS_MAX, EventStream, EventStreamError};
 
+use crate::policy::{FRAME_COLUMNS, FRAME_ROWS};
 use crate::rng::Streams;
 use crate::world::geometry::{Pose, wrap_angle};
 use crate::world::{PHYSICS_STEP_S, World};
@@ -33,10 +35,10 @@ use pixels::{Interval, Pixels};
 use view::View;
 
 /// Columns of the picture.
-pub const COLUMNS: usize = 128;
+pub const COLUMNS: usize = FRAME_COLUMNS;
 
 /// Rows of the picture.
-pub const ROWS: usize = 128;
+pub const ROWS: usize = FRAME_ROWS;
 
 /// Pixels of the picture.
 pub const PIXELS: usize = COLUMNS * ROWS;

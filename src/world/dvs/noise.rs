@@ -1,10 +1,11 @@
 //! Events that no change of light made.
 
 use super::config::PixelConfig;
-use super::frame::{Event, EventFrame};
+use super::frame::Event;
 use super::pixels::Pixels;
 use super::texture::ln_intensity;
 use super::{COLUMNS, PIXELS, STEP_S, STEP_US};
+use crate::policy::EventFrame;
 use crate::rng::{Draw, Streams, stream};
 
 /// Share of the shot noise that full light takes away (v2e).

@@ -1,0 +1,65 @@
+//! Weights in safetensors files.
+
+use safetensors::{Dtype, SafeTensors};
+
+use crate::net::error::NetError;
+
+/// The table of contents of a weights file; `file` is the name that errors mention.
+pub(super) fn open<'a>(file: &str, bytes: &'a [u8]) -> Result<SafeTensors<'a>, NetError> {
+    SafeTensors::deserialize(bytes).map_err(|e| NetError::Syntax {
+        file: file.to_owned(),
+        message: format!("not a readable safetensors file ({e}); export the weights again"),
+    })
+}
+
+/// Tensors of one layer of a file.
+pub(super) struct TensorReader<'a> {
+    /// The file, for errors.
+    pub(super) file: &'a str,
+    /// The layer, for errors.
+    pub(super) layer: &'a str,
+    /// All tensors of the file.
+    pub(super) tensors: &'a SafeTensors<'a>,
+}
+
+impl TensorReader<'_> {
+    /// A float32 tensor of exactly `shape`, all of it finite.
+    pub(super) fn read(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, NetError> {
+        let error = |found: String| NetError::Tensor {
+            file: self.file.to_owned(),
+            layer: self.layer.to_owned(),
+            tensor: name.to_owned(),
+            found,
+            expected: format!("F32 {shape:?}"),
+        };
+        let there = || format!("nothing (there is: {})", self.names());
+        let tensor = self.tensors.tensor(name).map_err(|_| error(there()))?;
+        if tensor.dtype() != Dtype::F32 || tensor.shape() != shape {
+            return Err(error(format!("{:?} {:?}", tensor.dtype(), tensor.shape())));
+        }
+        let (numbers, _) = tensor.data().as_chunks::<4>();
+        let values: Vec<f32> = numbers.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+        match values.iter().position(|value| !value.is_finite()) {
+            None => Ok(values),
+            Some(index) => Err(NetError::NotFinite {
+                file: self.file.to_owned(),
+                layer: self.layer.to_owned(),
+                tensor: name.to_owned(),
+                index,
+                value: values[index],
+            }),
+        }
+    }
+
+    /// Extents of a tensor; `None` when it is not there.
+    pub(super) fn shape(&self, name: &str) -> Option<Vec<usize>> {
+        Some(self.tensors.tensor(name).ok()?.shape().to_vec())
+    }
+
+    fn names(&self) -> String {
+        let mut names = self.tensors.names();
+        names.sort_unstable();
+        names.truncate(12);
+        names.join(", ")
+    }
+}

@@ -1,0 +1,110 @@
+//! EEM-SAN in 32-bit floats (Algorithm 1), as a driver.
+
+use crate::coding::{InputSpikes, decode, population_spikes, robot_state};
+use crate::net::eem_san::{EemSan, FRAMES_PER_TICK, PopulationBranch};
+use crate::policy::{Action, Observation, Policy};
+use crate::reference::Decision;
+use crate::reference::event_encoder::FloatEncoder;
+use crate::reference::float::FloatLayer;
+use crate::rng::{Streams, stream};
+
+/// Middle fuse module and decision module, laid out for running.
+#[derive(Debug, Clone)]
+pub struct FloatDecision {
+    branches: Vec<FloatLayer>,
+    layers: Vec<FloatLayer>,
+}
+
+impl FloatDecision {
+    /// Takes a network's weights.
+    pub fn new(network: &EemSan) -> Self {
+        let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
+        Self {
+            branches: branches.map(|branch| FloatLayer::new(&branch.layer)).collect(),
+            layers: network.decision.iter().map(FloatLayer::new).collect(),
+        }
+    }
+
+    /// One decision from zero state.
+    ///
+    /// Shapes: `inputs[branch][step][line]`. Layers of the result: branches first.
+    pub fn decide(&mut self, inputs: &[InputSpikes]) -> Decision {
+        let outputs = self.layers.last().map_or(0, |layer| layer.spikes.len());
+        let n_branches = self.branches.len();
+        let mut decision = Decision::new(n_branches + self.layers.len(), outputs);
+        self.branches.iter_mut().chain(&mut self.layers).for_each(FloatLayer::reset);
+        let steps = inputs.first().map_or(0, Vec::len);
+        for step in 0..steps {
+            for (index, branch) in self.branches.iter_mut().enumerate() {
+                branch.step(&[&inputs[index][step]]);
+                decision.add_step(index, &branch.spikes, false);
+            }
+            let mut spikes: Vec<&[bool]> =
+                self.branches.iter().map(|branch| branch.spikes.as_slice()).collect();
+            let last = self.layers.len() - 1;
+            for (index, layer) in self.layers.iter_mut().enumerate() {
+                layer.step(&spikes);
+                spikes = vec![&layer.spikes];
+                decision.add_step(n_branches + index, &layer.spikes, index == last);
+            }
+        }
+        decision
+    }
+}
+
+/// The float network as a driver.
+#[derive(Debug, Clone)]
+pub struct EemSanPolicy {
+    network: EemSan,
+    encoder: Option<FloatEncoder>,
+    decision: FloatDecision,
+    streams: Streams,
+}
+
+impl EemSanPolicy {
+    /// A driver; its trial has yet to start.
+    pub fn new(network: &EemSan) -> Self {
+        Self {
+            encoder: network.encoder.as_ref().map(FloatEncoder::new),
+            decision: FloatDecision::new(network),
+            network: network.clone(),
+            streams: Streams::new(0, 0),
+        }
+    }
+
+    fn spikes(
+        &self,
+        branch: &PopulationBranch,
+        state: &[f32],
+        name: &str,
+        tick: u64,
+    ) -> InputSpikes {
+        let mut draw = self.streams.at(name, tick);
+        population_spikes(&branch.activity(state), self.network.steps, &mut draw)
+    }
+}
+
+impl Policy for EemSanPolicy {
+    fn start_trial(&mut self, streams: Streams) {
+        self.streams = streams;
+        if let Some(encoder) = &mut self.encoder {
+            encoder.reset();
+        }
+    }
+
+    /// Panics when the network has an encoder and the observation not five frames: whoever starts
+    /// the trial gives it a camera.
+    fn act(&mut self, observation: &Observation, tick: u64) -> Action {
+        let state = robot_state(observation);
+        let laser = self.spikes(&self.network.laser, &state, stream::LASER_POPULATION, tick);
+        let mut inputs = vec![laser];
+        if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
+            let frames = &observation.frames;
+            assert_eq!(frames.len(), FRAMES_PER_TICK, "event frames at tick {tick}");
+            frames.iter().for_each(|frame| encoder.step(frame));
+            let state = encoder.state();
+            inputs.push(self.spikes(dvs, &state, stream::DVS_POPULATION, tick));
+        }
+        decode(&self.decision.decide(&inputs).output_counts, self.network.steps)
+    }
+}

@@ -1,0 +1,105 @@
+use super::*;
+use crate::net::eem_san::Readout;
+use crate::rng::{Draw, Streams, stream};
+
+fn numbers(draw: &mut Draw, n: usize, scale: f64) -> Vec<f32> {
+    (0..n).map(|_| (scale * draw.uniform_in(-1.0, 1.0)) as f32).collect()
+}
+
+fn encoder() -> EventEncoder {
+    let mut draw = Streams::new(3, 0).at(stream::STIMULUS, 0);
+    let mut layers = Vec::new();
+    for (index, (inputs, outputs, side)) in [(1, 3, 128), (3, 2, 64)].into_iter().enumerate() {
+        layers.push(ConvLayer {
+            name: format!("encoder.{}", index + 1),
+            inputs,
+            outputs,
+            side,
+            weights: numbers(&mut draw, inputs * outputs * 16, 0.9),
+            bias: numbers(&mut draw, outputs, 0.1),
+        });
+    }
+    let neurons = layers[1].neurons();
+    EventEncoder {
+        layers,
+        threshold: 0.5,
+        keep_current: 0.5,
+        keep_voltage: 0.75,
+        readout: Readout {
+            weights: numbers(&mut draw, 4 * neurons, 0.1),
+            bias: numbers(&mut draw, 4, 1.0),
+        },
+    }
+}
+
+/// The convolution as its definition has it, output by output.
+fn drive(layer: &ConvLayer, input: &[f64]) -> Vec<f64> {
+    let (side, half) = (layer.side as i64, layer.side as i64 / 2);
+    let mut all = Vec::new();
+    for output in 0..layer.outputs {
+        for y in 0..half {
+            for x in 0..half {
+                let mut sum = f64::from(layer.bias[output]);
+                for tap in 0..layer.inputs * 16 {
+                    let (channel, row, column) = (tap / 16, tap as i64 / 4 % 4, tap as i64 % 4);
+                    let (py, px) = (2 * y + row - 1, 2 * x + column - 1);
+                    if (0..side).contains(&py) && (0..side).contains(&px) {
+                        let pixel = channel as i64 * side * side + py * side + px;
+                        let weight = layer.weights[output * layer.inputs * 16 + tap];
+                        sum += f64::from(weight) * input[pixel as usize];
+                    }
+                }
+                all.push(sum);
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn event_driven_encoder_equals_its_definition() {
+    let encoder = encoder();
+    let mut fast = FloatEncoder::new(&encoder);
+    let mut draw = Streams::new(4, 0).at(stream::STIMULUS, 0);
+    let mut states: Vec<Vec<[f64; 3]>> =
+        encoder.layers.iter().map(|layer| vec![[0.0; 3]; layer.neurons()]).collect();
+    for _ in 0..4 {
+        let mut frame = EventFrame::default();
+        (0..900).for_each(|_| frame.set(draw.below(128) as usize, draw.below(128) as usize));
+        fast.step(&frame);
+        let mut input = vec![0.0; 128 * 128];
+        frame.active().for_each(|pixel| input[pixel] = 1.0);
+        for (layer, state) in encoder.layers.iter().zip(&mut states) {
+            let drive = drive(layer, &input);
+            for ([c, v, s], x) in state.iter_mut().zip(drive) {
+                *c = 0.5 * *c + x;
+                *v = 0.75 * *v * (1.0 - *s) + *c;
+                *s = f64::from(*v > 0.5);
+            }
+            input = state.iter().map(|[_, _, s]| *s).collect();
+        }
+    }
+    let voltages: Vec<f64> = states[1].iter().map(|[_, v, _]| *v).collect();
+    assert!(fast.spikes()[1] > 100, "the test needs spikes: {:?}", fast.spikes());
+    for (output, found) in fast.state().into_iter().enumerate() {
+        let row = &encoder.readout.weights[output * voltages.len()..];
+        let sum: f64 = row.iter().zip(&voltages).map(|(w, v)| f64::from(*w) * v).sum();
+        let wanted = sum + f64::from(encoder.readout.bias[output]);
+        assert!((f64::from(found) - wanted).abs() < 1e-3, "output {output}: {found} {wanted}");
+    }
+}
+
+#[test]
+fn reset_brings_back_the_first_state() {
+    let encoder = encoder();
+    let mut used = FloatEncoder::new(&encoder);
+    let mut frame = EventFrame::default();
+    (0..128).for_each(|x| frame.set(x, 60));
+    (0..5).for_each(|_| used.step(&frame));
+    used.reset();
+    used.step(&frame);
+    let mut fresh = FloatEncoder::new(&encoder);
+    fresh.step(&frame);
+    assert_eq!(used.state(), fresh.state());
+    assert_eq!(used.frames(), 6);
+}

@@ -318,6 +318,32 @@ fn most_random_convolutions_run_and_on_several_cores_each() {
 }
 
 #[test]
+fn kernels_that_are_stored_again_farther_up_a_full_core_give_the_same_spikes() {
+    let mut numbers = Numbers(3);
+    let input = Shape { channels: 2, height: 32, width: 32 };
+    let conv = Conv2d::new(input, 8, [3, 3], 1, 1).unwrap();
+    let kernel = Mantissas::Conv(conv, numbers.mantissas(conv.n_weights(), 1));
+    let graph = IntegerGraph {
+        name: "full".to_owned(),
+        ports: vec![("in".to_owned(), input.neurons())],
+        populations: vec![population("a", conv.output().neurons(), 900)],
+        projections: vec![projection(&[Source::Port(0)], 0, kernel)],
+    };
+    let map = Arc::new(place(&graph, &ChipSpec::loihi1(), None).unwrap());
+    assert_eq!(map.cores().len(), 8);
+    assert_eq!(map.cores()[0].compartments(), 1024);
+    let inputs = random_inputs(&graph, 6, &mut numbers);
+    let expected = plain_run(&graph, 6, &inputs);
+    assert!(expected[0].len() > 1000, "{} spikes", expected[0].len());
+    let stimulus = Stimulus::new(&map, 6, inputs).unwrap();
+    for mut engine in engines(&map) {
+        let mut record = SpikeRecord::all(&map);
+        engine.run(&stimulus, &mut record);
+        assert!(record.by_population(&map) == expected);
+    }
+}
+
+#[test]
 fn projections_of_equal_weights_onto_one_population_share_axons() {
     let text = r#"{"name": "n", "delta_u": 2048, "delta_v": 1024,
         "populations": [{"name": "in", "n": 2, "kind": "input"},

@@ -295,7 +295,7 @@ fn check(case: &Case) -> Result<Option<usize>, TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
 
     #[test]
     fn small_convolutions_spike_as_the_definition_says_on_every_engine(case in case()) {

@@ -1,6 +1,7 @@
 //! What a network is, before it meets a chip: layers, decays, thresholds, encoder, decoder.
 
 pub mod builtin;
+pub mod conv2d;
 pub mod description;
 pub mod eem_san;
 pub mod encoder;

@@ -120,6 +120,9 @@ pub(super) struct InspectArgs {
     /// Print the whole map as text
     #[arg(long)]
     pub(super) dump: bool,
+    /// Draw the chip, its cores coloured by layer and by use of synapse memory
+    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "dump"])]
+    pub(super) picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

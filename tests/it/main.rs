@@ -3,6 +3,7 @@
 mod bad_input;
 mod cli;
 mod closed_loop;
+mod conv;
 mod fixtures;
 mod fuzz;
 mod golden;

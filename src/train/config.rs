@@ -91,6 +91,9 @@ pub struct HsvaeConfig {
     pub encoder_gain: f32,
     /// Share of noise in the action that drives.
     pub exploration: f64,
+    /// What the decoder is to show: 1 for the last frame of a tick (the paper), more for the mean
+    /// of the tick's frames, blurred over squares of so many pixels.
+    pub blur_px: usize,
     /// Control ticks of a stretch that gradients go back through.
     pub stretch_ticks: usize,
 }
@@ -204,6 +207,7 @@ impl HsvaeConfig {
         range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
         range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
         range(file, "exploration", config.exploration, 0.0, 1.0)?;
+        range(file, "blur_px", config.blur_px as f64, 1.0, 31.0)?;
         range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
         Ok(config)
     }

@@ -5,6 +5,7 @@ mod camera;
 mod compile;
 mod demo;
 mod drive;
+mod drivers;
 mod inspect;
 mod output;
 mod report;

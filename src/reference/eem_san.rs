@@ -72,6 +72,11 @@ impl EemSanPolicy {
         }
     }
 
+    /// Whether the network has an encoder of event frames.
+    pub fn takes_frames(&self) -> bool {
+        self.encoder.is_some()
+    }
+
     fn spikes(
         &self,
         branch: &PopulationBranch,

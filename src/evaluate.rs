@@ -1,9 +1,11 @@
 //! Many trials with one driver, in parallel, with the same result in any order.
 
+mod condition;
 mod driver;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub use condition::{CONDITIONS, Condition};
 pub use driver::{Driver, DriverKind, EngineKind};
 
 use crate::closed_loop::planner::Terrain;
@@ -11,8 +13,8 @@ use crate::closed_loop::{ConfigError, TrialConfig, TrialOutcome, run_planned_tri
 use crate::host::ChipUse;
 use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::rng::Streams;
-use crate::world::{PHYSICS_HZ, World};
 use crate::world::pairs::Pair;
+use crate::world::{PHYSICS_HZ, World};
 
 /// Trials that cannot be flown.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -3,6 +3,9 @@
 pub mod page;
 pub mod plot;
 pub mod results;
+pub mod success;
 pub mod tables;
+pub mod thresholds;
 
 pub use results::{DriveResult, DriverResult, Summary};
+pub use success::SuccessTable;

@@ -81,11 +81,8 @@ pub(super) fn maps(drivers: &[Driver]) -> Vec<(String, String)> {
 /// The last of `repeats` seeds from `seed` on; `option` is the name that errors mention.
 pub(super) fn last_seed(seed: u64, option: &str, repeats: u64) -> Result<u64, Failure> {
     seed.checked_add(repeats - 1).ok_or_else(|| {
-        format!(
-            "--seed {seed}, {option} {repeats}: seeds end at {}; take a smaller seed",
-            u64::MAX
-        )
-        .into()
+        format!("--seed {seed}, {option} {repeats}: seeds end at {}; take a smaller seed", u64::MAX)
+            .into()
     })
 }
 

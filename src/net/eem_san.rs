@@ -215,7 +215,8 @@ impl Parts<'_> {
     /// `mu`, with the latent vector's mean and deviation worked into it.
     fn readout(&self, prefix: &str, inputs: usize) -> Result<Readout, NetError> {
         let tensor = self.reader("mu");
-        let outputs = tensor.shape(&format!("{prefix}mu.weight")).and_then(|shape| shape.first().copied());
+        let outputs =
+            tensor.shape(&format!("{prefix}mu.weight")).and_then(|shape| shape.first().copied());
         let outputs = outputs.unwrap_or(inputs);
         self.some_neurons("mu", outputs)?;
         let mut weights = tensor.read(&format!("{prefix}mu.weight"), &[outputs, inputs])?;

@@ -185,6 +185,21 @@ impl ArenaPicture {
     }
 }
 
+impl ArenaPicture {
+    /// Name, size, and what stands and moves in it.
+    pub fn caption(&self) -> String {
+        let [x0, y0, x1, y1] = self.bounds_m;
+        let standing = self.polygons_m.len() + self.discs_m.len();
+        let moving = self.movers_m.len();
+        format!(
+            "arena {}: {:.1} x {:.1} m, {standing} obstacles, {moving} movers",
+            self.name,
+            x1 - x0,
+            y1 - y0
+        )
+    }
+}
+
 /// Pairs in whole millimetres and milliradians.
 pub fn pairs_mm(pairs: &[Pair]) -> Vec<[i32; 5]> {
     let milli = |value: f64| (value * 1000.0).round() as i32;

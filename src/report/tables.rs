@@ -126,7 +126,7 @@ pub fn micro(fj: u64, decisions: f64) -> String {
 }
 
 /// Columns of text beside the first one.
-const TEXT_COLUMNS: [&str; 2] = ["holds", "cost table"];
+const TEXT_COLUMNS: [&str; 3] = ["holds", "cost table", "network"];
 
 /// A table without frills, numbers to the right.
 pub fn plain(header: &[&str]) -> Table {

@@ -14,6 +14,7 @@ mod report;
 mod run;
 mod thresholds;
 mod trace;
+mod train;
 
 pub(crate) use args::Args;
 pub(crate) use output::complain;
@@ -58,6 +59,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Demo(args) => demo::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Trace(args) => trace::run(&args),
+        Verb::Train(args) => train::run(&args),
         Verb::Completions { shell } => {
             output::completions(shell)?;
             Ok(Verdict::Good)

@@ -14,4 +14,5 @@ pub mod policy;
 pub mod reference;
 pub mod report;
 pub mod rng;
+pub mod train;
 pub mod world;

@@ -39,7 +39,7 @@ mod gradient_check;
 pub use actor::{Actor, ActorShape};
 pub use adam::{Adam, AdamSettings};
 pub use critic::{Critic, CriticShape};
-pub use ddpg::{Ddpg, DdpgSettings, Losses, Transitions};
+pub use ddpg::{Ddpg, DdpgSettings, Guide, Losses, Objective, Transitions};
 pub use hsvae::{Hsvae, HsvaeShape};
 pub use parameters::{Layout, Parameters, Slot};
 pub use spike::{Rectangular, Smooth, Spike};

@@ -52,10 +52,48 @@ pub(super) enum Verb {
     Report(ReportArgs),
     /// Record or check golden traces
     Trace(TraceArgs),
+    /// Train the auto-encoder of event frames, or an actor; continues where it was stopped
+    Train(TrainArgs),
     /// Print a completion script
     Completions {
         /// Shell to complete for
         shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct TrainArgs {
+    #[command(subcommand)]
+    pub(super) what: TrainVerb,
+    /// Configuration (TOML); by default the one that the shipped weights were trained with
+    #[arg(long, value_name = "FILE", global = true)]
+    pub(super) config: Option<PathBuf>,
+    /// Folder for checkpoint, weights and curves
+    #[arg(long, value_name = "FOLDER", default_value = "out/train", global = true)]
+    pub(super) out: PathBuf,
+    /// Threads; results do not depend on them [default: all]
+    #[arg(long, value_parser = up_to(THREADS_MAX), global = true)]
+    pub(super) threads: Option<usize>,
+    /// A few seconds of everything, to see that it runs
+    #[arg(long, global = true)]
+    pub(super) quick: bool,
+    /// Stop after this many rounds; the same command goes on from there
+    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..), global = true)]
+    pub(super) rounds: Option<u64>,
+    /// Rounds between checkpoints
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u64).range(1..), global = true)]
+    pub(super) checkpoint_every: u64,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum TrainVerb {
+    /// The auto-encoder of event frames (HSVAE)
+    Hsvae {},
+    /// The actor: with an encoder EEM-SAN's, without one the laser-only control
+    Actor {
+        /// Weights of the auto-encoder, as `train hsvae` writes them
+        #[arg(long, value_name = "FILE")]
+        encoder: Option<PathBuf>,
     },
 }
 

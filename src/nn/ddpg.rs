@@ -61,6 +61,39 @@ pub struct Transitions<'a> {
     pub terminal: &'a [f32],
 }
 
+/// What a teacher says about the rows of a batch: a departure from the paper.
+///
+/// The teacher gives a cost for each of `levels x levels` actions, whose components are evenly
+/// spaced from 0 to 1, and names the cheapest.
+#[derive(Debug, Clone, Copy)]
+pub struct Guide<'a> {
+    /// Actions per component.
+    pub levels: usize,
+    /// The cheapest action, [rows, 2].
+    pub actions: &'a [f32],
+    /// First component's level times `levels` plus the second one's, [rows, levels * levels].
+    pub costs: &'a [f32],
+}
+
+/// What the actor is to make small: a weighted sum of three terms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Objective {
+    /// Weight of `-Q / mean |Q|` (deep deterministic policy gradient; the scale is that of
+    /// Fujimoto and Gu 2021, TD3+BC). Negative: of plain `-Q`.
+    pub value: f32,
+    /// Weight of the squared distance to the teacher's action.
+    pub imitation: f32,
+    /// Weight of the teacher's cost of the actor's action.
+    pub cost: f32,
+    /// Costs this much above the cheapest, and higher ones, count as this much.
+    pub cost_max: f32,
+}
+
+impl Objective {
+    /// Plain DDPG.
+    pub const PLAIN: Self = Self { value: -1.0, imitation: 0.0, cost: 0.0, cost_max: 1.0 };
+}
+
 /// What an update measured before it changed anything.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses {
@@ -145,6 +178,12 @@ impl Ddpg {
         &self.actor_layers
     }
 
+    /// Changes the step lengths of both optimisers.
+    pub fn set_rates(&mut self, actor: f32, critic: f32) {
+        self.settings.actor.learning_rate = actor;
+        self.settings.critic.learning_rate = critic;
+    }
+
     /// Updates made.
     pub fn updates(&self) -> u64 {
         self.updates
@@ -155,8 +194,21 @@ impl Ddpg {
     ///
     /// Spikes of the population code are drawn anew from `streams`, by update and row.
     pub fn update(&mut self, batch: &Transitions, streams: &Streams) -> Losses {
-        let critic = self.update_critics(batch, streams);
-        let actor = self.update_actor(batch, streams);
+        self.update_guided(batch, None, &Objective::PLAIN, true, streams)
+    }
+
+    /// As [`Ddpg::update`], with another objective of the actor; critics stay as they are unless
+    /// `judge` is set (their loss is 0 then).
+    pub fn update_guided(
+        &mut self,
+        batch: &Transitions,
+        guide: Option<&Guide>,
+        objective: &Objective,
+        judge: bool,
+        streams: &Streams,
+    ) -> Losses {
+        let critic = if judge { self.update_critics(batch, streams) } else { 0.0 };
+        let actor = self.update_actor(batch, guide, objective, streams);
         for learner in self.critics.iter_mut().chain([&mut self.actor]) {
             let tau = self.settings.tau;
             soft_update(&mut learner.target.values, &learner.online.values, tau);
@@ -225,9 +277,16 @@ impl Ddpg {
         wanted.collect()
     }
 
-    fn update_actor(&mut self, batch: &Transitions, streams: &Streams) -> f64 {
+    fn update_actor(
+        &mut self,
+        batch: &Transitions,
+        guide: Option<&Guide>,
+        objective: &Objective,
+        streams: &Streams,
+    ) -> f64 {
         let rows = batch.rewards.len();
-        let parts = self.settings.shards.run(rows, |range| self.actor_shard(batch, streams, range));
+        let shard = |range| self.actor_shard(batch, guide, objective, streams, range);
+        let parts = self.settings.shards.run(rows, shard);
         let (gradients, losses): (Vec<_>, Vec<f64>) = parts.into_iter().unzip();
         let gradient = shards::sum(gradients);
         self.actor.adam.step(&self.settings.actor, &mut self.actor.online.values, &gradient);
@@ -238,6 +297,8 @@ impl Ddpg {
     fn actor_shard(
         &self,
         batch: &Transitions,
+        guide: Option<&Guide>,
+        objective: &Objective,
         streams: &Streams,
         range: Range<usize>,
     ) -> (Vec<f32>, f64) {
@@ -246,14 +307,26 @@ impl Ddpg {
         let values = &self.actor.online.values;
         let acted: ActorTrace<Rectangular> =
             self.actor_layers.forward(values, observations, &draws);
-        let critic = &self.critics[0].online.values;
-        let judged = self.critic_layers.forward(critic, observations, &acted.action);
         let rows = batch.rewards.len() as f32;
-        let d_value = vec![-1.0 / rows; range.len()];
-        let d_action = self.critic_layers.backward_action(critic, &judged, &d_value);
+        let (mut d_action, mut loss) = (vec![0.0; acted.action.len()], 0.0);
+        if objective.value != 0.0 {
+            let critic = &self.critics[0].online.values;
+            let judged = self.critic_layers.forward(critic, observations, &acted.action);
+            let size: f32 = judged.value.iter().map(|q| q.abs()).sum::<f32>() / range.len() as f32;
+            let scale = match objective.value {
+                plain if plain < 0.0 => -plain,
+                scaled => scaled / size.max(1e-3),
+            };
+            let d_value = vec![-scale / rows; range.len()];
+            d_action = self.critic_layers.backward_action(critic, &judged, &d_value);
+            let value = judged.value.iter().map(|q| f64::from(*q)).sum::<f64>();
+            loss -= f64::from(scale) * value / f64::from(rows);
+        }
+        if let Some(guide) = guide {
+            loss += guide.follow(objective, &acted.action, &range, rows, &mut d_action);
+        }
         let mut gradient = self.actor_layers.layout().zeros();
         self.actor_layers.backward(values, &mut gradient, &acted, &d_action);
-        let loss = -judged.value.iter().map(|q| f64::from(*q)).sum::<f64>() / f64::from(rows);
         (gradient, loss)
     }
 
@@ -287,6 +360,58 @@ impl Ddpg {
         fresh.updates = state.count("updates")?;
         *self = fresh;
         Ok(())
+    }
+}
+
+impl Guide<'_> {
+    /// Part of the loss that the teacher makes; its gradient is added to `d_action`.
+    fn follow(
+        &self,
+        objective: &Objective,
+        actions: &[f32],
+        range: &Range<usize>,
+        rows: f32,
+        d_action: &mut [f32],
+    ) -> f64 {
+        let mut loss = 0.0f32;
+        for ((row, action), d) in
+            range.clone().zip(actions.chunks_exact(2)).zip(d_action.chunks_exact_mut(2))
+        {
+            let wanted = &self.actions[2 * row..2 * row + 2];
+            for ((d, action), wanted) in d.iter_mut().zip(action).zip(wanted) {
+                let off = action - wanted;
+                loss += objective.imitation * off * off / rows;
+                *d += 2.0 * objective.imitation * off / rows;
+            }
+            if objective.cost != 0.0 {
+                let (cost, slopes) = self.cost(row, action, objective.cost_max);
+                loss += objective.cost * cost / rows;
+                d.iter_mut().zip(slopes).for_each(|(d, slope)| *d += objective.cost * slope / rows);
+            }
+        }
+        f64::from(loss)
+    }
+
+    /// Cost of an action above the cheapest, at its nearest level, and the slopes there: from the
+    /// level below to the one above.
+    fn cost(&self, row: usize, action: &[f32], most: f32) -> (f32, [f32; 2]) {
+        let n = self.levels;
+        let costs = &self.costs[row * n * n..(row + 1) * n * n];
+        let least = costs.iter().copied().fold(f32::INFINITY, f32::min);
+        let cost = |left: usize, right: usize| (costs[left * n + right] - least).min(most);
+        let last = n - 1;
+        let level = |a: f32| ((a * last as f32).round().max(0.0) as usize).min(last);
+        let (left, right) = (level(action[0]), level(action[1]));
+        let around = |at: usize| (at.saturating_sub(1), (at + 1).min(last));
+        let slope = |low: f32, high: f32, (from, to): (usize, usize)| {
+            (high - low) * last as f32 / (to - from) as f32
+        };
+        let (l, r) = (around(left), around(right));
+        let slopes = [
+            slope(cost(l.0, right), cost(l.1, right), l),
+            slope(cost(left, r.0), cost(left, r.1), r),
+        ];
+        (cost(left, right), slopes)
     }
 }
 

@@ -31,6 +31,9 @@ pub struct HsvaeShape {
     pub threshold: f32,
     /// Weight of the divergence in the loss (1 in eq. 5).
     pub divergence_weight: f32,
+    /// Weight of the mean spike rate of the encoder's layers in the loss: 0 in the paper, above 0
+    /// makes them sparse.
+    pub rate_weight: f32,
 }
 
 impl HsvaeShape {
@@ -43,6 +46,7 @@ impl HsvaeShape {
             lif: LifShape::default(),
             threshold: 0.5,
             divergence_weight: 1.0,
+            rate_weight: 0.0,
         }
     }
 
@@ -72,6 +76,8 @@ pub struct HsvaeLoss {
     pub reconstruction: f64,
     /// Divergence from a unit Gaussian, times its weight.
     pub divergence: f64,
+    /// Mean spike rate of the encoder's layers, times its weight.
+    pub rate: f64,
 }
 
 /// Layers of an auto-encoder; parameters are apart.
@@ -172,8 +178,10 @@ impl Hsvae {
         let scale = self.shape.divergence_weight * batch.share / rows as f32;
         let divergence =
             vae::divergence(&seen.mean, &seen.log_variance, scale, &mut d_mean, &mut d_log);
-        self.encoder.backward(values, gradient, batch.frames, &seen, &d_mean, &d_log);
-        HsvaeLoss { reconstruction, divergence }
+        let rate_scale = self.shape.rate_weight * batch.share;
+        self.encoder.backward(values, gradient, batch.frames, &seen, &d_mean, &d_log, rate_scale);
+        let rate = f64::from(rate_scale) * seen.mean_rate();
+        HsvaeLoss { reconstruction, divergence, rate }
     }
 }
 

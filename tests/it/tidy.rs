@@ -33,7 +33,7 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Rooms of the main crate and the rooms that each may use.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 17] = [
     ("files", &[]),
     ("rng", &[]),
     ("npz", &["files"]),
@@ -46,6 +46,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("compile", &["net"]),
     ("reference", &["coding", "compile", "net", "policy", "rng"]),
     ("host", &["coding", "compile", "net", "policy", "rng"]),
+    ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
     ("evaluate", &["closed_loop", "host", "net", "policy", "reference", "rng", "world"]),
     ("report", &["closed_loop", "evaluate", "host", "world"]),
     (

@@ -30,6 +30,21 @@ pub struct EncoderTrace<S> {
     pub log_variance: Vec<f32>,
 }
 
+impl<S> EncoderTrace<S> {
+    /// Spike rate of each layer: spikes per neuron and step.
+    pub fn rates(&self) -> Vec<f64> {
+        let rate = |layer: &LifTrace<S>| {
+            layer.spikes.iter().map(|s| f64::from(*s)).sum::<f64>() / layer.spikes.len() as f64
+        };
+        self.layers.iter().map(rate).collect()
+    }
+
+    /// Mean of the layers' rates.
+    pub fn mean_rate(&self) -> f64 {
+        self.rates().iter().sum::<f64>() / self.layers.len() as f64
+    }
+}
+
 impl Encoder {
     pub(super) fn new(layout: &mut Layout, shape: &HsvaeShape) -> Self {
         let mut layers = Vec::new();
@@ -88,11 +103,19 @@ impl Encoder {
         trace: &EncoderTrace<S>,
         d_mean: &[f32],
         d_log_variance: &[f32],
+        rate_scale: f32,
     ) {
         let d_voltage = self.readout_backward(values, gradient, trace, d_mean, d_log_variance);
         let mut d_spikes: Option<Vec<f32>> = None;
         for (index, layer) in self.layers.iter().enumerate().rev() {
-            let read = if d_spikes.is_none() { Some(d_voltage.as_slice()) } else { None };
+            let last = index + 1 == self.layers.len();
+            let read = last.then_some(d_voltage.as_slice());
+            let spikes = trace.layers[index].spikes.len();
+            if rate_scale != 0.0 {
+                let d_rate = rate_scale / (spikes * self.layers.len()) as f32;
+                let all = d_spikes.get_or_insert_with(|| vec![0.0; spikes]);
+                all.iter_mut().for_each(|d| *d += d_rate);
+            }
             let d = self.lif.backward(&trace.layers[index], d_spikes.as_deref(), read);
             let below = index.checked_sub(1).map(|below| &trace.layers[below].spikes);
             layer.backward(gradient, below.map_or(frames, |spikes| spikes), &d.drive);

@@ -97,6 +97,7 @@ impl HsvaeTrainer {
         for (gradient, part, state) in parts {
             loss.reconstruction += part.reconstruction;
             loss.divergence += part.divergence;
+            loss.rate += part.rate;
             gradients.push(gradient);
             states.push(state);
         }
@@ -145,6 +146,16 @@ impl HsvaeTrainer {
 }
 
 impl HsvaeState {
+    /// Puts sample `sample` of `count` back to the start of an episode.
+    pub fn clear(&mut self, sample: usize, count: usize) {
+        for layer in &mut self.layers {
+            for all in [&mut layer.current, &mut layer.voltage, &mut layer.spikes] {
+                let neurons = all.len() / count.max(1);
+                all[sample * neurons..(sample + 1) * neurons].fill(0.0);
+            }
+        }
+    }
+
     /// State of samples `range` of `count`.
     pub fn samples(&self, count: usize, range: &Range<usize>) -> Self {
         let part = |all: &[f32]| {

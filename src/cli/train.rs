@@ -1,0 +1,270 @@
+//! `spikeloop train`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sha2::{Digest, Sha256};
+use spikeloop::files;
+use spikeloop::net::{EemSan, EventEncoder};
+use spikeloop::nn::{StateReader, StateWriter};
+use spikeloop::report::curves::{Curve, curves};
+use spikeloop::train::actor::Stage;
+use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, add_encoder};
+
+use crate::cli::args::{TrainArgs, TrainVerb};
+use crate::cli::drive::all_threads;
+use crate::cli::output::{header, progress, say};
+use crate::cli::{Failure, Verdict};
+
+const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
+const EEM_SAN_CONFIG: &str = include_str!("../train/configs/eem_san.toml");
+const LASER_ONLY_CONFIG: &str = include_str!("../train/configs/laser_only.toml");
+
+/// Control ticks of each world in a measurement of the auto-encoder.
+const MEASURE_TICKS: u64 = 60;
+
+pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
+    let job = match &args.what {
+        TrainVerb::Hsvae { .. } => hsvae(args)?,
+        TrainVerb::Actor { encoder, .. } => actor(args, encoder.as_deref())?,
+    };
+    Ok(job)
+}
+
+/// Files of a training run, all in one folder.
+struct Folder {
+    path: PathBuf,
+    digest: u64,
+}
+
+impl Folder {
+    fn open(path: &Path, inputs: &[&[u8]]) -> Result<Self, Failure> {
+        std::fs::create_dir_all(path)
+            .map_err(|e| format!("{}: cannot make the folder: {e}", path.display()))?;
+        let mut hash = Sha256::new();
+        inputs.iter().for_each(|input| hash.update(input));
+        let digest = hash.finalize();
+        let digest = digest.iter().take(8).fold(0, |all, byte| (all << 8) | u64::from(*byte));
+        Ok(Self { path: path.to_path_buf(), digest })
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+        Ok(files::write_atomically(&self.file(name), bytes)?)
+    }
+
+    /// Reads the checkpoint, when there is one of the same configuration.
+    fn resume(
+        &self,
+        read: impl FnOnce(&StateReader) -> Result<(), spikeloop::nn::StateError>,
+    ) -> Result<bool, Failure> {
+        let path = self.file("checkpoint.safetensors");
+        if !path.exists() {
+            return Ok(false);
+        }
+        let name = path.display().to_string();
+        let bytes = files::read_bytes(&path)?;
+        let state = StateReader::new(&name, &bytes)?;
+        let found = state.count("configuration")?;
+        if found != self.digest {
+            return Err(format!(
+                "{name}: was made with another configuration or encoder ({found:016x} found, \
+                 {:016x} expected); give another --out, or remove the file to start afresh",
+                self.digest
+            )
+            .into());
+        }
+        read(&state)?;
+        Ok(true)
+    }
+
+    fn checkpoint(&self, write: impl FnOnce(&mut StateWriter)) -> Result<(), Failure> {
+        let mut state = StateWriter::default();
+        state.count("configuration", self.digest);
+        write(&mut state);
+        self.write("checkpoint.safetensors", &state.bytes())
+    }
+}
+
+/// Text of the configuration and the name that errors mention.
+fn config_text(args: &TrainArgs, built_in: &str, name: &str) -> Result<(String, String), Failure> {
+    let (file, text) = match &args.config {
+        Some(path) => (path.display().to_string(), files::read_text(path)?),
+        None => (format!("built-in {name}"), built_in.to_owned()),
+    };
+    Ok((file, text))
+}
+
+fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
+    let (file, text) = config_text(args, HSVAE_CONFIG, "hsvae.toml")?;
+    let mut config = HsvaeConfig::from_toml(&file, &text)?;
+    if args.quick {
+        config = config.quick();
+    }
+    let folder = Folder::open(&args.out, &[format!("{config:?}").as_bytes()])?;
+    let mut training = HsvaeTraining::new(&config, args.threads.unwrap_or_else(all_threads))?;
+    say(header(Some(config.seed), &[]))?;
+    if folder.resume(|state| training.read(state))? {
+        say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;
+    }
+    let updates = config.flight.ticks_per_round / config.stretch_ticks as u64;
+    let bar = progress(training.rounds() * updates, "auto-encoder");
+    bar.set_position(training.round() * updates);
+    let mut left = args.rounds.unwrap_or(u64::MAX);
+    while training.round() < training.rounds() && left > 0 {
+        let started = Instant::now();
+        let ends = training.run_round(|| bar.inc(1));
+        left -= 1;
+        let seconds = started.elapsed().as_secs_f64();
+        let [reconstruction, divergence, rate, _] =
+            training.history().last().copied().unwrap_or_default();
+        say(format_args!(
+            "round {}: reconstruction {reconstruction:.5}, divergence {divergence:.5}, \
+             rate term {rate:.5}, {} flights, {:.1} updates/s",
+            training.round(),
+            ends.total(),
+            updates as f64 / seconds
+        ))?;
+        if training.round() % args.checkpoint_every == 0 || left == 0 {
+            folder.checkpoint(|state| training.write(state))?;
+        }
+    }
+    bar.finish_and_clear();
+    folder.checkpoint(|state| training.write(state))?;
+    let report = training.measure(MEASURE_TICKS);
+    folder.write("hsvae.safetensors", &training.weights())?;
+    let column = |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
+    let drawn = [
+        Curve { label: "reconstruction error per pixel", values: column(0) },
+        Curve { label: "divergence, weighted", values: column(1) },
+        Curve { label: "rate term, weighted", values: column(2) },
+    ];
+    folder.write("curves.svg", curves("auto-encoder", "round", &drawn).as_bytes())?;
+    say(format_args!(
+        "{} updates. On {} frames of new flights, mean squared error per pixel: reconstruction \
+         {:.5}, mean frame {:.5}, previous frame {:.5}",
+        training.updates(),
+        report.frames,
+        report.reconstruction,
+        report.mean_frame,
+        report.previous_frame
+    ))?;
+    let rates: Vec<String> = report.rates.iter().map(|rate| format!("{rate:.3}")).collect();
+    say(format_args!("spikes per neuron and frame, layer by layer: {}", rates.join(", ")))?;
+    say(format_args!("wrote {}", folder.file("hsvae.safetensors").display()))?;
+    Ok(Verdict::Good)
+}
+
+fn read_encoder(path: &Path) -> Result<(Vec<u8>, EventEncoder), Failure> {
+    let bytes = files::read_bytes(path)?;
+    let encoder = EemSan::encoder_from_bytes(&path.display().to_string(), &bytes)?;
+    Ok((bytes, encoder))
+}
+
+fn actor(args: &TrainArgs, encoder: Option<&Path>) -> Result<Verdict, Failure> {
+    let (built_in, name) = match encoder {
+        Some(_) => (EEM_SAN_CONFIG, "eem_san.toml"),
+        None => (LASER_ONLY_CONFIG, "laser_only.toml"),
+    };
+    let (file, text) = config_text(args, built_in, name)?;
+    let mut config = ActorConfig::from_toml(&file, &text)?;
+    if args.quick {
+        config = config.quick();
+    }
+    if config.events != encoder.is_some() {
+        return Err(format!(
+            "{file}: events = {}, but an encoder was {}; give --encoder FILE exactly when events = true",
+            config.events,
+            if encoder.is_some() { "given" } else { "not given" }
+        )
+        .into());
+    }
+    let encoder = encoder.map(read_encoder).transpose()?;
+    let (bytes, encoder) = encoder.unzip();
+    let about = format!("{config:?}");
+    let folder = Folder::open(&args.out, &[about.as_bytes(), bytes.as_deref().unwrap_or(&[])])?;
+    let threads = args.threads.unwrap_or_else(all_threads);
+    let mut training = ActorTraining::new(&config, encoder.as_ref(), threads)?;
+    say(header(Some(config.seed), &[]))?;
+    if folder.resume(|state| training.read(state))? {
+        say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;
+    }
+    let weights = if config.events { "eem_san.safetensors" } else { "laser_only.safetensors" };
+    let bar = progress(training.rounds() * config.flight.ticks_per_round, "actor");
+    bar.set_position(training.round() * config.flight.ticks_per_round);
+    let mut left = args.rounds.unwrap_or(u64::MAX);
+    while training.round() < training.rounds() && left > 0 {
+        say(actor_round(&mut training, &bar))?;
+        left -= 1;
+        if training.round() % args.checkpoint_every == 0 || left == 0 {
+            folder.checkpoint(|state| training.write(state))?;
+            save_actor(&folder, weights, &training, encoder.as_ref())?;
+        }
+    }
+    bar.finish_and_clear();
+    folder.checkpoint(|state| training.write(state))?;
+    save_actor(&folder, weights, &training, encoder.as_ref())?;
+    say(format_args!("wrote {}", folder.file(weights).display()))?;
+    Ok(Verdict::Good)
+}
+
+/// A round, and a line about it.
+fn actor_round(training: &mut ActorTraining, bar: &indicatif::ProgressBar) -> String {
+    let (mut last, mut flying_s, mut learning_s) = (Instant::now(), 0.0, 0.0);
+    let (ticks, updates) = (training.ticks(), training.updates());
+    let report = training.run_round(|stage| {
+        let now = Instant::now();
+        let spent_s = (now - last).as_secs_f64();
+        last = now;
+        match stage {
+            Stage::Flown => {
+                flying_s += spent_s;
+                bar.inc(1);
+            }
+            Stage::Updated => learning_s += spent_s,
+        }
+    });
+    let per_s = |n: u64, seconds: f64| n as f64 / f64::max(seconds, 1e-9);
+    let ends = report.ends;
+    format!(
+        "round {}: flights {} (goal {}, contact {}, time {}), reward {:.3}, critic {:.3}, actor \
+         {:.4}; {:.0} ticks/s flown, {:.1} updates/s, {:.0} % of the time flying",
+        training.round(),
+        ends.total(),
+        ends.goal,
+        ends.contact,
+        ends.time,
+        report.reward,
+        report.losses.critic,
+        report.losses.actor,
+        per_s(training.ticks() - ticks, flying_s),
+        per_s(training.updates() - updates, learning_s),
+        100.0 * flying_s / f64::max(flying_s + learning_s, 1e-9),
+    )
+}
+
+fn save_actor(
+    folder: &Folder,
+    name: &str,
+    training: &ActorTraining,
+    encoder: Option<&EventEncoder>,
+) -> Result<(), Failure> {
+    let mut state = StateWriter::default();
+    training.add_weights(&mut state);
+    if let Some(encoder) = encoder {
+        add_encoder(&mut state, encoder);
+    }
+    folder.write(name, &state.bytes())?;
+    let column = |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
+    let drawn = [
+        Curve { label: "share of training flights at the goal", values: column(0) },
+        Curve { label: "share with contact", values: column(1) },
+        Curve { label: "reward per control tick", values: column(2) },
+        Curve { label: "loss of the critics", values: column(3) },
+        Curve { label: "loss of the actor", values: column(4) },
+    ];
+    folder.write("curves.svg", curves("actor", "round", &drawn).as_bytes())
+}

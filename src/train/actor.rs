@@ -1,0 +1,302 @@
+//! Training of the actor: flights in random rooms, a replay memory, updates in between.
+//!
+//! The plain recipe is DDPG with SAN's reward. Departures, each a setting of a phase: several
+//! worlds side by side, two critics, and a teacher, the planner that knows everything, whose
+//! actions or whose costs the actor follows.
+
+use crate::closed_loop::TrialConfig;
+use crate::closed_loop::planner::{LEVELS, Terrain};
+use crate::net::EventEncoder;
+use crate::nn::adam::AdamSettings;
+use crate::nn::population::SpikeDraws;
+use crate::nn::shards::Shards;
+use crate::nn::{
+    CriticShape, Ddpg, DdpgSettings, Guide, Losses, Objective, Rectangular, StateError,
+    StateReader, StateWriter, Transitions,
+};
+use crate::policy::Action;
+use crate::reference::FloatEncoder;
+use crate::rng::{Streams, stream};
+use crate::train::config::{ActorConfig, Phase, TrainConfigError};
+use crate::train::flight::{Ends, Flight};
+use crate::train::replay::{Batch, Replay};
+use crate::train::{on_each, rooms};
+use crate::world::World;
+
+/// Parts of a batch whose gradients are summed; threads do not change the result.
+const SHARDS: usize = 2;
+
+/// Numbers of a row of the history.
+pub const HISTORY: usize = 6;
+
+/// The actor in training.
+#[derive(Debug)]
+pub struct ActorTraining {
+    config: ActorConfig,
+    trial: TrialConfig,
+    threads: usize,
+    encoder: Option<FloatEncoder>,
+    ddpg: Ddpg,
+    replay: Replay,
+    round: u64,
+    /// Control ticks of all worlds so far.
+    ticks: u64,
+    history: Vec<[f32; HISTORY]>,
+}
+
+/// What training is doing, for whoever measures time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// All worlds moved on by a control tick.
+    Flown,
+    /// An update was made.
+    Updated,
+}
+
+/// A round in numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActorReport {
+    /// Ends of flights that the actor drove.
+    pub ends: Ends,
+    /// Mean loss of critics and actor.
+    pub losses: Losses,
+    /// Mean reward per control tick.
+    pub reward: f64,
+}
+
+impl ActorTraining {
+    /// Fresh networks; `encoder` for an actor with events.
+    ///
+    /// Errors: settings of the flights out of their limits. Panics when an actor with events gets
+    /// no encoder.
+    pub fn new(
+        config: &ActorConfig,
+        encoder: Option<&EventEncoder>,
+        threads: usize,
+    ) -> Result<Self, TrainConfigError> {
+        assert_eq!(config.events, encoder.is_some(), "an actor with events needs an encoder");
+        let shape = config.shape();
+        let first = config.phase(0).0;
+        let settings = DdpgSettings {
+            actor: AdamSettings::with_rate(first.actor_rate),
+            critic: AdamSettings::with_rate(first.critic_rate),
+            discount: config.discount,
+            tau: config.tau,
+            twin_critics: config.twin_critics,
+            shards: Shards { count: SHARDS, threads },
+        };
+        let width = shape.observations();
+        Ok(Self {
+            trial: config.flight.trial("configuration", config.events)?,
+            threads,
+            encoder: encoder.map(FloatEncoder::new),
+            ddpg: Ddpg::new(&settings, &shape, &CriticShape::eem_san(width), config.seed),
+            replay: Replay::new(width, config.memory),
+            round: 0,
+            ticks: 0,
+            history: Vec::new(),
+            config: config.clone(),
+        })
+    }
+
+    /// Rounds done.
+    pub fn round(&self) -> u64 {
+        self.round
+    }
+
+    /// Rounds in all.
+    pub fn rounds(&self) -> u64 {
+        self.config.rounds()
+    }
+
+    /// Updates made.
+    pub fn updates(&self) -> u64 {
+        self.ddpg.updates()
+    }
+
+    /// Control ticks flown, all worlds together.
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// For every round: share of the actor's flights that reached the goal, share that touched
+    /// something, reward per tick, critic's and actor's loss, updates so far.
+    pub fn history(&self) -> &[[f32; HISTORY]] {
+        &self.history
+    }
+
+    /// One round; `each` is called after every tick and every update.
+    pub fn run_round(&mut self, mut each: impl FnMut(Stage)) -> ActorReport {
+        let (phase, through) = self.config.phase(self.round);
+        let phase = phase.clone();
+        self.ddpg.set_rates(phase.actor_rate, phase.critic_rate);
+        let worlds = self.worlds(&phase);
+        let mut flights = self.flights(&worlds, &phase);
+        let mut sums = Sums::default();
+        for tick in 0..self.config.flight.ticks_per_round {
+            self.fly(&mut flights, &phase, through, tick);
+            for flight in &flights {
+                let Some(step) = &flight.last else { continue };
+                sums.reward += f64::from(step.reward);
+                self.replay.push(step);
+            }
+            self.ticks += flights.len() as u64;
+            each(Stage::Flown);
+            for _ in 0..phase.updates_per_tick {
+                if self.replay.len() < self.config.batch {
+                    break;
+                }
+                sums.add(self.update(&phase));
+                each(Stage::Updated);
+            }
+        }
+        let mut ends = Ends::default();
+        flights.iter().for_each(|flight| ends.add(&flight.ends));
+        let ticks = self.config.flight.ticks_per_round * flights.len() as u64;
+        self.finish(ends, &sums, ticks)
+    }
+
+    fn finish(&mut self, ends: Ends, sums: &Sums, ticks: u64) -> ActorReport {
+        let losses = sums.mean();
+        let reward = sums.reward / ticks.max(1) as f64;
+        let share = |n: u64| n as f32 / ends.total().max(1) as f32;
+        self.history.push([
+            share(ends.goal),
+            share(ends.contact),
+            reward as f32,
+            losses.critic as f32,
+            losses.actor as f32,
+            self.updates() as f32,
+        ]);
+        self.round += 1;
+        ActorReport { ends, losses, reward }
+    }
+
+    fn worlds(&self, phase: &Phase) -> Vec<(World, Terrain)> {
+        let n = self.config.flight.worlds as u64;
+        let streams = Streams::new(self.config.seed, 2);
+        let mut places: Vec<(u64, Option<(World, Terrain)>)> =
+            (0..n).map(|index| (index, None)).collect();
+        on_each(&mut places, self.threads, |(index, place)| {
+            let arena = rooms::room(&phase.rooms, &streams, self.round * n + *index);
+            let world = World::new(arena);
+            let terrain = Terrain::new(&world);
+            *place = Some((world, terrain));
+        });
+        places.into_iter().filter_map(|(_, place)| place).collect()
+    }
+
+    fn flights<'w>(&self, worlds: &'w [(World, Terrain)], phase: &Phase) -> Vec<Flight<'w>> {
+        let n = worlds.len() as u64;
+        let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
+            let streams = Streams::new(self.config.seed, (2 << 32) + self.round * n + index as u64);
+            let encoder = self.encoder.clone();
+            let distance_m = phase.rooms.distance_m_min;
+            Flight::new((world, terrain), &self.trial, distance_m, encoder, streams)
+        };
+        worlds.iter().enumerate().map(flight).collect()
+    }
+
+    /// One control tick of all worlds: the actor's action with noise, or the planner's.
+    fn fly(&self, flights: &mut [Flight<'_>], phase: &Phase, through: f64, tick: u64) {
+        let seen: Vec<f32> =
+            flights.iter().flat_map(|flight| flight.observation()).copied().collect();
+        let streams = Streams::new(self.config.seed, 3);
+        let update = (self.round << 20) + tick;
+        let draws = SpikeDraws { streams: &streams, name: stream::POPULATION_SPIKES, update, first: 0 };
+        let actor = self.ddpg.actor_layers();
+        let acted = actor.forward::<Rectangular>(&self.ddpg.actor.online.values, &seen, &draws);
+        let [first, last] = phase.exploration;
+        let noise = first + (last - first) * through;
+        let mut work: Vec<(&mut Flight<'_>, [f32; 2])> = flights
+            .iter_mut()
+            .zip(acted.action.chunks_exact(2))
+            .map(|(flight, action)| (flight, [action[0], action[1]]))
+            .collect();
+        on_each(&mut work, self.threads, |(flight, action)| {
+            let number = flight.number() as u64;
+            let mut choice = flight.streams().at(stream::EXPLORATION, (2 << 32) + number);
+            let mut draw = flight.streams().at(stream::EXPLORATION, (1 << 32) + tick);
+            let planned = flight.planned();
+            let own = Action { left: f64::from(action[0]), right: f64::from(action[1]) };
+            let base = if choice.bernoulli(phase.planner_share) { planned } else { own };
+            let mut mix = |a: f64| (draw.gaussian() * noise + (1.0 - noise) * a).clamp(0.0, 1.0);
+            flight.drive(Action { left: mix(base.left), right: mix(base.right) });
+        });
+    }
+
+    fn update(&mut self, phase: &Phase) -> Losses {
+        let streams = Streams::new(self.config.seed, 4);
+        let batch = self.replay.draw(self.config.batch, &streams, self.ddpg.updates());
+        let objective = Objective {
+            value: phase.value,
+            imitation: phase.imitation,
+            cost: phase.cost,
+            cost_max: phase.cost_max,
+        };
+        let guide = Guide { levels: LEVELS, actions: &batch.planned, costs: &batch.costs };
+        let transitions = transitions(&batch);
+        self.ddpg.update_guided(&transitions, Some(&guide), &objective, phase.critic, &streams)
+    }
+
+    /// Adds everything that the next round depends on.
+    pub fn write(&self, state: &mut StateWriter) {
+        self.ddpg.write(state);
+        self.replay.write(state);
+        state.count("round", self.round);
+        state.count("ticks", self.ticks);
+        let rows: Vec<f32> = self.history.iter().flatten().copied().collect();
+        state.floats("history", &[self.history.len(), HISTORY], &rows);
+    }
+
+    /// Takes over what [`ActorTraining::write`] wrote for the same configuration.
+    ///
+    /// Errors: a tensor is missing or has another shape.
+    pub fn read(&mut self, state: &StateReader) -> Result<(), StateError> {
+        let (round, ticks) = (state.count("round")?, state.count("ticks")?);
+        let rows = state.floats("history", &[round as usize, HISTORY])?;
+        self.ddpg.read(state)?;
+        self.replay.read(state)?;
+        (self.round, self.ticks) = (round, ticks);
+        let row = |row: &[f32]| std::array::from_fn(|index| row[index]);
+        self.history = rows.chunks_exact(HISTORY).map(row).collect();
+        Ok(())
+    }
+
+    /// The actor's tensors, names beginning with `actor.`, added to a weights file.
+    pub fn add_weights(&self, state: &mut StateWriter) {
+        state.parameters("actor.", &self.ddpg.actor.online);
+    }
+}
+
+fn transitions(batch: &Batch) -> Transitions<'_> {
+    Transitions {
+        observations: &batch.observations,
+        actions: &batch.actions,
+        rewards: &batch.rewards,
+        next_observations: &batch.next_observations,
+        terminal: &batch.terminal,
+    }
+}
+
+/// Sums over a round.
+#[derive(Debug, Default)]
+struct Sums {
+    critic: f64,
+    actor: f64,
+    updates: u64,
+    reward: f64,
+}
+
+impl Sums {
+    fn add(&mut self, losses: Losses) {
+        self.critic += losses.critic;
+        self.actor += losses.actor;
+        self.updates += 1;
+    }
+
+    fn mean(&self) -> Losses {
+        let n = self.updates.max(1) as f64;
+        Losses { critic: self.critic / n, actor: self.actor / n }
+    }
+}

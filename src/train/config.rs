@@ -1,0 +1,314 @@
+//! Configuration files of training (TOML).
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::closed_loop::{ConfigError, TrialConfig};
+use crate::nn::{ActorShape, HsvaeShape};
+use crate::train::rooms::RoomRules;
+use crate::world::dvs::CameraConfig;
+use crate::world::robot::Actuators;
+
+/// A configuration that cannot be used.
+#[derive(Debug, Error)]
+pub enum TrainConfigError {
+    /// Not TOML, or not of the expected form.
+    #[error("{file}: {message}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What the reader found, with line and column.
+        message: String,
+    },
+    /// A number outside of its range.
+    #[error("{file}: {name} is {value}, must be {min}..={max}")]
+    Range {
+        /// The file.
+        file: String,
+        /// Which setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest value allowed.
+        min: f64,
+        /// Largest value allowed.
+        max: f64,
+    },
+    /// Text that is not understood.
+    #[error("{file}: {message}")]
+    Text {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// A setting of the flights.
+    #[error("{file}: {source}")]
+    Trial {
+        /// The file.
+        file: String,
+        /// Which one.
+        source: ConfigError,
+    },
+}
+
+/// How flights are flown in training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlightConfig {
+    /// Fastest wheel speed.
+    pub v_max_m_per_s: f64,
+    /// Actuators, a preset or `v:DELAY+TAU,w:DELAY+TAU`.
+    pub actuators: String,
+    /// Control ticks after which a flight is cut off.
+    pub ticks_max: u64,
+    /// Worlds side by side.
+    pub worlds: usize,
+    /// Control ticks of each world per round; a checkpoint can be made after each round.
+    pub ticks_per_round: u64,
+}
+
+/// Training of the auto-encoder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HsvaeConfig {
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Rounds in all.
+    pub rounds: u64,
+    /// Flights.
+    pub flight: FlightConfig,
+    /// Rooms.
+    #[serde(default)]
+    pub rooms: RoomRules,
+    /// Step length of Adam.
+    pub learning_rate: f32,
+    /// Weight of the divergence (1 in eq. 5).
+    pub divergence_weight: f32,
+    /// Weight of the mean spike rate.
+    pub rate_weight: f32,
+    /// Share of noise in the action that drives.
+    pub exploration: f64,
+    /// Control ticks of a stretch that gradients go back through.
+    pub stretch_ticks: usize,
+}
+
+/// Training of the actor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ActorConfig {
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Whether the actor has the DVS branch.
+    pub events: bool,
+    /// Flights.
+    pub flight: FlightConfig,
+    /// Transitions of a batch.
+    pub batch: usize,
+    /// Transitions that are remembered.
+    pub memory: usize,
+    /// Discount of later rewards.
+    pub discount: f32,
+    /// Part that target networks take over per update.
+    pub tau: f32,
+    /// Two critics in place of one.
+    pub twin_critics: bool,
+    /// Phases, one after the other.
+    pub phases: Vec<Phase>,
+}
+
+/// A phase of the actor's training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Phase {
+    /// Rounds.
+    pub rounds: u64,
+    /// Rooms.
+    #[serde(default)]
+    pub rooms: RoomRules,
+    /// Updates per control tick of all worlds.
+    pub updates_per_tick: u64,
+    /// Whether critics learn.
+    pub critic: bool,
+    /// Weight of the critic's judgement in the actor's objective; negative for plain DDPG.
+    pub value: f32,
+    /// Weight of the distance to the planner's action.
+    pub imitation: f32,
+    /// Weight of the planner's cost of the actor's action.
+    pub cost: f32,
+    /// Largest cost above the cheapest action that counts, s.
+    pub cost_max: f32,
+    /// Share of flights that the planner drives.
+    pub planner_share: f64,
+    /// Share of noise in the action at the first and at the last round of the phase.
+    pub exploration: [f64; 2],
+    /// Step length of the actor's Adam.
+    pub actor_rate: f32,
+    /// Step length of the critics' Adam.
+    pub critic_rate: f32,
+}
+
+impl FlightConfig {
+    /// Settings of the flights, with a camera or without.
+    ///
+    /// Errors: a text or number that is not allowed; `file` is the name that errors mention.
+    pub fn trial(&self, file: &str, camera: bool) -> Result<TrialConfig, TrainConfigError> {
+        let actuators: Actuators = self.actuators.parse().map_err(
+            |e: crate::world::robot::ActuatorsError| TrainConfigError::Text {
+                file: file.to_owned(),
+                message: e.to_string(),
+            },
+        )?;
+        range(file, "flight.worlds", self.worlds as f64, 1.0, 256.0)?;
+        range(file, "flight.ticks_per_round", self.ticks_per_round as f64, 1.0, 1e6)?;
+        let config = TrialConfig {
+            actuators,
+            ticks_max: self.ticks_max,
+            camera: camera.then(CameraConfig::default),
+            ..TrialConfig::eem_san(self.v_max_m_per_s)
+        };
+        let checked = config.check();
+        checked.map_err(|source| TrainConfigError::Trial { file: file.to_owned(), source })?;
+        Ok(config)
+    }
+}
+
+impl RoomRules {
+    fn check(&self, file: &str) -> Result<(), TrainConfigError> {
+        let pairs = [
+            ("rooms.side_m", self.side_m, 8.0, 40.0),
+            ("rooms.obstacles_per_100_m2", self.obstacles_per_100_m2, 0.0, 15.0),
+            ("rooms.movers_per_100_m2", self.movers_per_100_m2, 0.0, 10.0),
+            ("rooms.mover_speed_m_per_s", self.mover_speed_m_per_s, 0.1, 5.0),
+        ];
+        for (name, [low, high], min, max) in pairs {
+            range(file, name, low, min, max)?;
+            range(file, name, high, low, max)?;
+        }
+        range(file, "rooms.gap_m", self.gap_m, 0.5, 3.0)?;
+        range(file, "rooms.distance_m_min", self.distance_m_min, 1.0, 0.6 * self.side_m[0])
+    }
+}
+
+impl HsvaeConfig {
+    /// Reads a configuration; `file` is the name that errors mention.
+    ///
+    /// Errors: not TOML, an unknown key, a number outside of its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, TrainConfigError> {
+        let config: Self = parse(file, text)?;
+        config.flight.trial(file, true)?;
+        config.rooms.check(file)?;
+        range(file, "rounds", config.rounds as f64, 1.0, 1e6)?;
+        range(file, "learning_rate", f64::from(config.learning_rate), 0.0, 1.0)?;
+        range(file, "divergence_weight", f64::from(config.divergence_weight), 0.0, 1e3)?;
+        range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
+        range(file, "exploration", config.exploration, 0.0, 1.0)?;
+        range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
+        Ok(config)
+    }
+
+    /// The same work for a few seconds: it shows that everything runs, and trains nothing.
+    pub fn quick(mut self) -> Self {
+        self.rounds = 2;
+        self.flight = FlightConfig { worlds: 2, ticks_per_round: 3, ..self.flight };
+        self
+    }
+
+    /// Sizes of the network.
+    pub fn shape(&self) -> HsvaeShape {
+        HsvaeShape {
+            divergence_weight: self.divergence_weight,
+            rate_weight: self.rate_weight,
+            ..HsvaeShape::eem_san()
+        }
+    }
+}
+
+impl ActorConfig {
+    /// Reads a configuration; `file` is the name that errors mention.
+    ///
+    /// Errors: not TOML, an unknown key, a number outside of its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, TrainConfigError> {
+        let config: Self = parse(file, text)?;
+        config.flight.trial(file, config.events)?;
+        range(file, "batch", config.batch as f64, 2.0, 65536.0)?;
+        range(file, "memory", config.memory as f64, config.batch as f64, 1e6)?;
+        range(file, "discount", f64::from(config.discount), 0.0, 1.0)?;
+        range(file, "tau", f64::from(config.tau), 0.0, 1.0)?;
+        range(file, "number of phases", config.phases.len() as f64, 1.0, 100.0)?;
+        config.phases.iter().try_for_each(|phase| phase.check(file))?;
+        Ok(config)
+    }
+
+    /// The same phases for a few seconds: it shows that everything runs, and trains nothing.
+    pub fn quick(mut self) -> Self {
+        self.batch = self.batch.min(16);
+        self.flight = FlightConfig { worlds: 2, ticks_per_round: 12, ..self.flight };
+        self.phases.iter_mut().for_each(|phase| phase.rounds = 1);
+        self
+    }
+
+    /// Sizes of the actor.
+    pub fn shape(&self) -> ActorShape {
+        if self.events { ActorShape::eem_san() } else { ActorShape::laser_only() }
+    }
+
+    /// Rounds of all phases.
+    pub fn rounds(&self) -> u64 {
+        self.phases.iter().map(|phase| phase.rounds).sum()
+    }
+
+    /// The phase of round `round`, and how far through it the round is, in 0 to 1.
+    pub fn phase(&self, round: u64) -> (&Phase, f64) {
+        let mut first = 0;
+        for phase in &self.phases {
+            if round < first + phase.rounds {
+                return (phase, (round - first) as f64 / phase.rounds as f64);
+            }
+            first += phase.rounds;
+        }
+        (self.phases.last().expect("there is a phase"), 1.0)
+    }
+}
+
+impl Phase {
+    fn check(&self, file: &str) -> Result<(), TrainConfigError> {
+        self.rooms.check(file)?;
+        range(file, "phases.rounds", self.rounds as f64, 1.0, 1e6)?;
+        range(file, "phases.updates_per_tick", self.updates_per_tick as f64, 0.0, 1000.0)?;
+        range(file, "phases.value", f64::from(self.value), -1e3, 1e3)?;
+        range(file, "phases.imitation", f64::from(self.imitation), 0.0, 1e3)?;
+        range(file, "phases.cost", f64::from(self.cost), 0.0, 1e3)?;
+        range(file, "phases.cost_max", f64::from(self.cost_max), 0.01, 1e3)?;
+        range(file, "phases.planner_share", self.planner_share, 0.0, 1.0)?;
+        range(file, "phases.exploration", self.exploration[0], 0.0, 1.0)?;
+        range(file, "phases.exploration", self.exploration[1], 0.0, 1.0)?;
+        range(file, "phases.actor_rate", f64::from(self.actor_rate), 0.0, 1.0)?;
+        range(file, "phases.critic_rate", f64::from(self.critic_rate), 0.0, 1.0)
+    }
+}
+
+fn parse<T: serde::de::DeserializeOwned>(file: &str, text: &str) -> Result<T, TrainConfigError> {
+    let syntax = |e: toml::de::Error| TrainConfigError::Syntax {
+        file: file.to_owned(),
+        message: e.to_string().trim_end().to_owned(),
+    };
+    toml::from_str(text).map_err(syntax)
+}
+
+fn range(
+    file: &str,
+    name: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), TrainConfigError> {
+    if (min..=max).contains(&value) {
+        return Ok(());
+    }
+    Err(TrainConfigError::Range { file: file.to_owned(), name, value, min, max })
+}
+
+#[cfg(test)]
+#[path = "config_tests.rs"]
+mod tests;

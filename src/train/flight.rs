@@ -1,0 +1,245 @@
+//! One world of a round: flights one after the other in one room.
+
+use crate::closed_loop::planner::{ACTIONS, Planner, Terrain};
+use crate::closed_loop::{End, Trial, TrialConfig};
+use crate::coding::robot_state;
+use crate::policy::{Action, EventFrame};
+use crate::reference::FloatEncoder;
+use crate::rng::{Streams, stream};
+use crate::world::World;
+use crate::world::pairs::{Pair, PairRules, generate_pairs};
+
+/// Reward for the goal (SAN's training script).
+pub const REWARD_GOAL: f32 = 30.0;
+
+/// Reward for contact.
+pub const REWARD_CONTACT: f32 = -20.0;
+
+/// Reward per metre that the goal comes nearer.
+pub const REWARD_PER_M: f32 = 15.0;
+
+/// Pairs drawn per room.
+const PAIRS: usize = 32;
+
+/// What one control tick showed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// What was seen before.
+    pub observation: Vec<f32>,
+    /// What drove the wheels.
+    pub action: [f32; 2],
+    /// SAN's reward.
+    pub reward: f32,
+    /// What was seen then.
+    pub next_observation: Vec<f32>,
+    /// 1 after goal or contact, 0 otherwise (also at the tick limit).
+    pub terminal: f32,
+    /// What the planner would have done.
+    pub planned: [f32; 2],
+    /// The planner's cost of each of its actions.
+    pub costs: [f32; ACTIONS],
+}
+
+/// Ends of flights, counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Ends {
+    /// Reached the goal.
+    pub goal: u64,
+    /// Touched something.
+    pub contact: u64,
+    /// Ran out of ticks.
+    pub time: u64,
+}
+
+impl Ends {
+    /// All flights that ended.
+    pub fn total(&self) -> u64 {
+        self.goal + self.contact + self.time
+    }
+
+    /// Adds those of another world.
+    pub fn add(&mut self, other: &Self) {
+        self.goal += other.goal;
+        self.contact += other.contact;
+        self.time += other.time;
+    }
+}
+
+/// A world and the flight under way in it.
+#[derive(Debug)]
+pub struct Flight<'w> {
+    world: &'w World,
+    terrain: &'w Terrain,
+    config: TrialConfig,
+    pairs: Vec<Pair>,
+    /// Random streams of the world in this round.
+    streams: Streams,
+    number: usize,
+    trial: Trial<'w>,
+    planner: Planner<'w>,
+    encoder: Option<FloatEncoder>,
+    observation: Vec<f32>,
+    planned: Action,
+    costs: [f32; ACTIONS],
+    /// Ends so far in this round.
+    pub ends: Ends,
+    /// The last tick's step.
+    pub last: Option<Step>,
+    /// The last tick's event frames.
+    pub frames: Vec<EventFrame>,
+}
+
+impl<'w> Flight<'w> {
+    /// The first flight in `world`. With an encoder the robot has a camera.
+    ///
+    /// Panics when `config` is out of its limits or the room has no room for trials; both are
+    /// checked before training.
+    pub fn new(
+        (world, terrain): (&'w World, &'w Terrain),
+        config: &TrialConfig,
+        distance_m_min: f64,
+        encoder: Option<FloatEncoder>,
+        streams: Streams,
+    ) -> Self {
+        let rules = PairRules { distance_m_min, clearance_m: 0.45 };
+        let pairs = generate_pairs(world, PAIRS, rules, streams).expect("rooms have free places");
+        let trial = begin(world, &pairs[0], config, streams, 0);
+        let planner = Planner::new(terrain, pairs[0].goal, config.wheel_speed_m_per_s_max);
+        let mut flight = Self {
+            world,
+            terrain,
+            config: config.clone(),
+            pairs,
+            streams,
+            number: 0,
+            trial,
+            planner,
+            encoder,
+            observation: Vec::new(),
+            planned: Action { left: 0.0, right: 0.0 },
+            costs: [0.0; ACTIONS],
+            ends: Ends::default(),
+            last: None,
+            frames: Vec::new(),
+        };
+        flight.look();
+        flight
+    }
+
+    /// What the actor sees now: robot and laser state, then the DVS state.
+    pub fn observation(&self) -> &[f32] {
+        &self.observation
+    }
+
+    /// What the planner would do now.
+    pub fn planned(&self) -> Action {
+        self.planned
+    }
+
+    /// The flight under way.
+    pub fn trial(&self) -> &Trial<'w> {
+        &self.trial
+    }
+
+    /// Number of the flight in this round.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// Streams of the world in this round.
+    pub fn streams(&self) -> Streams {
+        self.streams
+    }
+
+    /// One control tick with `action`; a flight that ends is followed by the next one.
+    pub fn drive(&mut self, action: Action) {
+        let before_m = self.trial.goal_distance_m();
+        self.trial.drive(action);
+        let nearer_m = (before_m - self.trial.goal_distance_m()) as f32;
+        let (reward, terminal) = match self.trial.end() {
+            Some(End::Goal) => (REWARD_GOAL, 1.0),
+            Some(End::Hit(_)) => (REWARD_CONTACT, 1.0),
+            Some(End::TimeOut) | None => (REWARD_PER_M * nearer_m, 0.0),
+        };
+        let observation = std::mem::take(&mut self.observation);
+        let (planned, costs) = (floats(self.planned), self.costs);
+        let action = floats(action);
+        self.frames = self.see();
+        let next_observation = self.observation.clone();
+        self.last = Some(Step {
+            observation,
+            action,
+            reward,
+            next_observation,
+            terminal,
+            planned,
+            costs,
+        });
+        if self.trial.end().is_some() {
+            self.count();
+            self.restart();
+        }
+        self.plan();
+    }
+
+    fn count(&mut self) {
+        match self.trial.end() {
+            Some(End::Goal) => self.ends.goal += 1,
+            Some(End::Hit(_)) => self.ends.contact += 1,
+            Some(End::TimeOut) | None => self.ends.time += 1,
+        }
+    }
+
+    fn restart(&mut self) {
+        // A start that a mover touches at once is skipped.
+        loop {
+            self.number += 1;
+            let pair = &self.pairs[self.number % PAIRS];
+            self.trial = begin(self.world, pair, &self.config, self.streams, self.number);
+            if self.trial.end().is_none() || self.number > 10 * PAIRS {
+                break;
+            }
+        }
+        let goal = self.trial.goal();
+        self.planner = Planner::new(self.terrain, goal, self.config.wheel_speed_m_per_s_max);
+        if let Some(encoder) = &mut self.encoder {
+            encoder.reset();
+        }
+        self.see();
+    }
+
+    fn look(&mut self) {
+        self.see();
+        self.plan();
+    }
+
+    fn see(&mut self) -> Vec<EventFrame> {
+        let seen = self.trial.observe();
+        self.observation = robot_state(&seen).to_vec();
+        if let Some(encoder) = &mut self.encoder {
+            seen.frames.iter().for_each(|frame| encoder.step(frame));
+            self.observation.extend(encoder.state());
+        }
+        seen.frames
+    }
+
+    fn plan(&mut self) {
+        (self.planned, self.costs) = self.planner.plan(&self.trial);
+    }
+}
+
+/// Two numbers for the two wheels.
+fn floats(action: Action) -> [f32; 2] {
+    [action.left as f32, action.right as f32]
+}
+
+fn begin<'w>(
+    world: &'w World,
+    pair: &Pair,
+    config: &TrialConfig,
+    streams: Streams,
+    number: usize,
+) -> Trial<'w> {
+    let streams = Streams::new(streams.at(stream::EXPLORATION, number as u64).bits(), 0);
+    Trial::new(world, pair.start, pair.goal, config, streams).expect("settings were checked")
+}

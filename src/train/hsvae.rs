@@ -1,0 +1,324 @@
+//! Training of the auto-encoder on what the camera sees in flight (Algorithm 2).
+//!
+//! The paper drives first and learns from what was stored; here every stretch of frames is learned
+//! from as soon as it was flown and then forgotten, which needs no storage and never repeats.
+
+use crate::closed_loop::TrialConfig;
+use crate::closed_loop::planner::Terrain;
+use crate::nn::adam::AdamSettings;
+use crate::nn::hsvae::{HsvaeLoss, HsvaeSettings, HsvaeTrainer, Sequences};
+use crate::nn::shards::Shards;
+use crate::nn::{Rectangular, StateError, StateReader, StateWriter};
+use crate::policy::{Action, EventFrame, FRAME_PIXELS};
+use crate::rng::{Streams, stream};
+use crate::train::config::{HsvaeConfig, TrainConfigError};
+use crate::train::flight::{Ends, Flight};
+use crate::train::{on_each, rooms};
+use crate::world::World;
+
+/// Parts of a batch whose gradients are summed; threads do not change the result.
+const SHARDS: usize = 4;
+
+/// Rooms of measurements count from here, far from those of training.
+const MEASURE_ROUND: u64 = 1 << 40;
+
+/// The auto-encoder in training.
+#[derive(Debug, Clone)]
+pub struct HsvaeTraining {
+    config: HsvaeConfig,
+    trial: TrialConfig,
+    threads: usize,
+    trainer: HsvaeTrainer,
+    round: u64,
+    history: Vec<[f32; 4]>,
+    latent: Latent,
+}
+
+/// Mean and deviation of `mu` over flights.
+#[derive(Debug, Clone, PartialEq)]
+struct Latent {
+    mean: Vec<f32>,
+    deviation: Vec<f32>,
+}
+
+/// A stretch of frames.
+struct Seen {
+    /// [ticks * frames, samples, pixels].
+    frames: Vec<f32>,
+    /// The last frame of every tick, [ticks, samples, pixels].
+    targets: Vec<f32>,
+    /// Samples whose flight ended.
+    ended: Vec<usize>,
+}
+
+/// What a measurement on fresh flights found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HsvaeReport {
+    /// Mean squared error per pixel of the reconstruction from `mu`.
+    pub reconstruction: f64,
+    /// That of always saying the mean frame of these flights.
+    pub mean_frame: f64,
+    /// That of repeating the frame before.
+    pub previous_frame: f64,
+    /// Spikes per neuron and frame of each encoder layer.
+    pub rates: Vec<f64>,
+    /// Frames measured.
+    pub frames: usize,
+}
+
+impl HsvaeTraining {
+    /// Fresh networks.
+    ///
+    /// Errors: settings of the flights out of their limits.
+    pub fn new(config: &HsvaeConfig, threads: usize) -> Result<Self, TrainConfigError> {
+        let settings = HsvaeSettings {
+            adam: AdamSettings::with_rate(config.learning_rate),
+            shards: Shards { count: SHARDS, threads },
+        };
+        let trainer = HsvaeTrainer::new(&settings, &config.shape(), &Streams::new(config.seed, 0));
+        let n = trainer.layers().shape().latent();
+        let latent = Latent { mean: vec![0.0; n], deviation: vec![1.0; n] };
+        let trial = config.flight.trial("configuration", true)?;
+        let (config, history) = (config.clone(), Vec::new());
+        Ok(Self { config, trial, threads, trainer, round: 0, history, latent })
+    }
+
+    /// Rounds done.
+    pub fn round(&self) -> u64 {
+        self.round
+    }
+
+    /// Rounds in all.
+    pub fn rounds(&self) -> u64 {
+        self.config.rounds
+    }
+
+    /// Updates made.
+    pub fn updates(&self) -> u64 {
+        self.trainer.updates()
+    }
+
+    /// For every round: means of reconstruction, divergence and rate term, and flights' success.
+    pub fn history(&self) -> &[[f32; 4]] {
+        &self.history
+    }
+
+    /// One round; `updated` is called after every update.
+    pub fn run_round(&mut self, mut updated: impl FnMut()) -> Ends {
+        let stretches = self.config.flight.ticks_per_round / self.config.stretch_ticks as u64;
+        let (mut sum, mut ends) = (HsvaeLoss::default(), Ends::default());
+        let worlds = self.worlds(self.round);
+        let mut flights = self.flights(&worlds, self.round);
+        let mut state = self.trainer.layers().rest(flights.len());
+        let streams = Streams::new(self.config.seed, 1);
+        for stretch in 0..stretches {
+            let ticks = self.config.stretch_ticks;
+            let seen = self.fly(&mut flights, stretch * ticks as u64, ticks);
+            let batch = Sequences {
+                samples: flights.len(),
+                frames: &seen.frames,
+                targets: &seen.targets,
+            };
+            let loss = self.trainer.update(&batch, &mut state, &streams);
+            seen.ended.iter().for_each(|sample| state.clear(*sample, flights.len()));
+            sum.reconstruction += loss.reconstruction;
+            sum.divergence += loss.divergence;
+            sum.rate += loss.rate;
+            updated();
+        }
+        flights.iter().for_each(|flight| ends.add(&flight.ends));
+        let mean = |sum: f64| (sum / stretches.max(1) as f64) as f32;
+        let success = ends.goal as f32 / ends.total().max(1) as f32;
+        let row = [mean(sum.reconstruction), mean(sum.divergence), mean(sum.rate), success];
+        self.history.push(row);
+        self.round += 1;
+        ends
+    }
+
+    /// Flies some ticks in rooms that training never sees, and looks how well frames come back.
+    /// Mean and deviation of the latent vector are kept for [`HsvaeTraining::weights`].
+    pub fn measure(&mut self, ticks: u64) -> HsvaeReport {
+        let worlds = self.worlds(MEASURE_ROUND);
+        let mut flights = self.flights(&worlds, MEASURE_ROUND);
+        let layers = self.trainer.layers().clone();
+        let (samples, frames_per_tick) = (flights.len(), layers.shape().frames);
+        let mut state = layers.rest(samples);
+        let mut sums = Sums::new(layers.shape().latent());
+        for tick in 0..ticks {
+            let seen = self.fly(&mut flights, tick, 1);
+            let values = &self.trainer.parameters.values;
+            let trace = layers.encode::<Rectangular>(values, &seen.frames, &mut state);
+            let made = layers.decode(values, &trace.mean);
+            let before = &seen.frames[(frames_per_tick - 2) * samples * FRAME_PIXELS..];
+            sums.add(&made, &seen.targets, before, &trace.mean, &trace.rates());
+            seen.ended.iter().for_each(|sample| state.clear(*sample, samples));
+        }
+        let (report, latent) = sums.finish();
+        self.latent = latent;
+        report
+    }
+
+    fn worlds(&self, round: u64) -> Vec<(World, Terrain)> {
+        let n = self.config.flight.worlds as u64;
+        let streams = Streams::new(self.config.seed, 0);
+        let arena = |index| rooms::room(&self.config.rooms, &streams, round * n + index);
+        let mut places: Vec<(u64, Option<(World, Terrain)>)> =
+            (0..n).map(|index| (index, None)).collect();
+        on_each(&mut places, self.threads, |(index, place)| {
+            let world = World::new(arena(*index));
+            let terrain = Terrain::new(&world);
+            *place = Some((world, terrain));
+        });
+        places.into_iter().filter_map(|(_, place)| place).collect()
+    }
+
+    fn flights<'w>(&self, worlds: &'w [(World, Terrain)], round: u64) -> Vec<Flight<'w>> {
+        let n = worlds.len() as u64;
+        let distance_m = self.config.rooms.distance_m_min;
+        let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
+            let streams = Streams::new(self.config.seed, (1 << 32) + round * n + index as u64);
+            Flight::new((world, terrain), &self.trial, distance_m, None, streams)
+        };
+        worlds.iter().enumerate().map(flight).collect()
+    }
+
+    /// Flies a stretch. A flight that ends within it is followed by the next one, which keeps the
+    /// state of the encoder until the end of the stretch.
+    fn fly(&self, flights: &mut [Flight<'_>], first_tick: u64, ticks: usize) -> Seen {
+        let samples = flights.len();
+        let per_tick = self.trainer.layers().shape().frames;
+        let mut frames = vec![0.0; ticks * per_tick * samples * FRAME_PIXELS];
+        let mut targets = Vec::with_capacity(ticks * samples * FRAME_PIXELS);
+        let before: Vec<usize> = flights.iter().map(Flight::number).collect();
+        for tick in 0..ticks {
+            on_each(flights, self.threads, |flight| {
+                explore(flight, first_tick + tick as u64, self.config.exploration);
+            });
+            for (sample, flight) in flights.iter().enumerate() {
+                for (index, frame) in flight.frames.iter().take(per_tick).enumerate() {
+                    let row = (tick * per_tick + index) * samples + sample;
+                    fill(frame, &mut frames[row * FRAME_PIXELS..(row + 1) * FRAME_PIXELS]);
+                }
+            }
+            let last = (tick * per_tick + per_tick - 1) * samples * FRAME_PIXELS;
+            targets.extend_from_slice(&frames[last..last + samples * FRAME_PIXELS]);
+        }
+        let ended = (0..samples).filter(|sample| flights[*sample].number() != before[*sample]);
+        Seen { ended: ended.collect(), frames, targets }
+    }
+
+    /// Adds everything that the next round depends on.
+    pub fn write(&self, state: &mut StateWriter) {
+        self.trainer.write(state);
+        state.count("round", self.round);
+        let rows: Vec<f32> = self.history.iter().flatten().copied().collect();
+        state.floats("history", &[self.history.len(), 4], &rows);
+    }
+
+    /// Takes over what [`HsvaeTraining::write`] wrote.
+    ///
+    /// Errors: a tensor is missing or has another shape.
+    pub fn read(&mut self, state: &StateReader) -> Result<(), StateError> {
+        let round = state.count("round")?;
+        let rows = state.floats("history", &[round as usize, 4])?;
+        self.trainer.read(state)?;
+        self.round = round;
+        self.history = rows.chunks_exact(4).map(|r| [r[0], r[1], r[2], r[3]]).collect();
+        Ok(())
+    }
+
+    /// The weights, for [`crate::net::EemSan::encoder_from_bytes`]. Call
+    /// [`HsvaeTraining::measure`] before.
+    pub fn weights(&self) -> Vec<u8> {
+        let mut state = StateWriter::default();
+        state.parameters("", &self.trainer.parameters);
+        let n = self.latent.mean.len();
+        state.floats("latent.mean", &[n], &self.latent.mean);
+        state.floats("latent.deviation", &[n], &self.latent.deviation);
+        state.floats("threshold", &[1], &[self.trainer.layers().shape().threshold]);
+        state.bytes()
+    }
+}
+
+/// The planner drives, with noise in its hand.
+fn explore(flight: &mut Flight<'_>, tick: u64, exploration: f64) {
+    let mut draw = flight.streams().at(stream::EXPLORATION, (1 << 32) + tick);
+    let planned = flight.planned();
+    let mut mix = |a: f64| {
+        (draw.gaussian() * exploration + (1.0 - exploration) * a).clamp(0.0, 1.0)
+    };
+    flight.drive(Action { left: mix(planned.left), right: mix(planned.right) });
+}
+
+fn fill(frame: &EventFrame, pixels: &mut [f32]) {
+    frame.active().for_each(|pixel| pixels[pixel] = 1.0);
+}
+
+/// Sums over a measurement.
+struct Sums {
+    made: f64,
+    before: f64,
+    pixel: Vec<f64>,
+    latent: Vec<[f64; 2]>,
+    rates: Vec<f64>,
+    targets: usize,
+    ticks: usize,
+}
+
+impl Sums {
+    fn new(latent: usize) -> Self {
+        Self {
+            made: 0.0,
+            before: 0.0,
+            pixel: vec![0.0; FRAME_PIXELS],
+            latent: vec![[0.0; 2]; latent],
+            rates: Vec::new(),
+            targets: 0,
+            ticks: 0,
+        }
+    }
+
+    fn add(&mut self, made: &[f32], targets: &[f32], before: &[f32], mean: &[f32], rates: &[f64]) {
+        let square = |a: &[f32], b: &[f32]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum()
+        };
+        self.made += square(made, targets);
+        self.before += square(before, targets);
+        for frame in targets.chunks_exact(FRAME_PIXELS) {
+            self.pixel.iter_mut().zip(frame).for_each(|(sum, pixel)| *sum += f64::from(*pixel));
+            self.targets += 1;
+        }
+        for row in mean.chunks_exact(self.latent.len()) {
+            for ([sum, squares], value) in self.latent.iter_mut().zip(row) {
+                *sum += f64::from(*value);
+                *squares += f64::from(value * value);
+            }
+        }
+        self.rates.resize(rates.len(), 0.0);
+        self.rates.iter_mut().zip(rates).for_each(|(sum, rate)| *sum += rate);
+        self.ticks += 1;
+    }
+
+    fn finish(self) -> (HsvaeReport, Latent) {
+        let n = self.targets.max(1) as f64;
+        let pixels = n * FRAME_PIXELS as f64;
+        // A pixel that is on with rate p is missed by p (1 - p) when p is always said.
+        let mean_frame = self.pixel.iter().map(|sum| (sum / n) * (1.0 - sum / n)).sum::<f64>();
+        let mean: Vec<f64> = self.latent.iter().map(|[sum, _]| sum / n).collect();
+        let deviation = self.latent.iter().zip(&mean).map(|([_, squares], mean)| {
+            (squares / n - mean * mean).max(0.0).sqrt().max(1e-3) as f32
+        });
+        let latent = Latent {
+            deviation: deviation.collect(),
+            mean: mean.iter().map(|mean| *mean as f32).collect(),
+        };
+        let report = HsvaeReport {
+            reconstruction: self.made / pixels,
+            mean_frame: mean_frame / FRAME_PIXELS as f64,
+            previous_frame: self.before / pixels,
+            rates: self.rates.iter().map(|sum| sum / self.ticks.max(1) as f64).collect(),
+            frames: self.targets,
+        };
+        (report, latent)
+    }
+}

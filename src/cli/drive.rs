@@ -16,7 +16,7 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, check_pairs, generate_pairs, read_pairs};
 
 use crate::cli::args::{DriveArgs, EngineArg};
-use crate::cli::drivers::{all_threads, drivers, last_seed, maps};
+use crate::cli::drivers::{drivers, last_seed, maps};
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
@@ -142,6 +142,10 @@ pub(super) fn pairs_of_file(
     pairs.truncate(trials.unwrap_or(pairs.len()));
     check_pairs(&pairs, world, robot_radius_m, &file.display().to_string())?;
     Ok(pairs)
+}
+
+pub(super) fn all_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// The tables of a result.

@@ -85,8 +85,3 @@ pub(super) fn last_seed(seed: u64, option: &str, repeats: u64) -> Result<u64, Fa
             .into()
     })
 }
-
-/// All cores of this machine.
-pub(super) fn all_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}

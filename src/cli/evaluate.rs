@@ -20,7 +20,8 @@ use spikeloop::world::dvs::CameraConfig;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::EvaluateArgs;
-use crate::cli::drivers::{all_threads, drivers, last_seed, maps};
+use crate::cli::drive::all_threads;
+use crate::cli::drivers::{drivers, last_seed, maps};
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 

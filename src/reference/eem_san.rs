@@ -35,8 +35,8 @@ impl FloatDecision {
         self.branches.iter_mut().chain(&mut self.layers).for_each(FloatLayer::reset);
         let steps = inputs.first().map_or(0, Vec::len);
         for step in 0..steps {
-            for (index, branch) in self.branches.iter_mut().enumerate() {
-                branch.step(&[&inputs[index][step]]);
+            for (index, (branch, input)) in self.branches.iter_mut().zip(inputs).enumerate() {
+                branch.step(&[&input[step]]);
                 decision.add_step(index, &branch.spikes, false);
             }
             let mut spikes: Vec<&[bool]> =

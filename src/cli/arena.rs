@@ -15,7 +15,7 @@ pub(super) fn run(args: &ArenaArgs) -> Result<Verdict, Failure> {
     check_outputs([&args.output], [Path::new(&args.arena)])?;
     let picture = ArenaPicture::new(&World::new(Arena::open(&args.arena)?));
     say(header(None, &[]))?;
-    say(&picture.caption())?;
+    say(picture.caption())?;
     output::write(&args.output, arena_picture(&picture).as_bytes())?;
     Ok(Verdict::Good)
 }

@@ -3,6 +3,8 @@
 mod bad_input;
 mod cli;
 mod closed_loop;
+mod eem_san;
+mod evaluate;
 mod fixtures;
 mod fuzz;
 mod golden;

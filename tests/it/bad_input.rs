@@ -15,7 +15,7 @@ const ERROR_LINES_MAX: usize = 6;
 
 /// Runs `line`, which must fail with an error that holds every part of `parts` and leave the
 /// folder as it is, old outputs included.
-fn refused(folder: &Folder, line: &str, parts: &[&str]) -> Ran {
+pub(crate) fn refused(folder: &Folder, line: &str, parts: &[&str]) -> Ran {
     let outputs = ["out.map", "out.json", "out.npz", "out.svg", "out.html"];
     for name in outputs {
         folder.write(name, OLD);

@@ -399,7 +399,7 @@ fn drive_takes_the_first_pairs_of_a_file() {
 }
 
 /// Panics unless `text` is one element with properly nested elements and quoted attributes.
-fn assert_well_formed(text: &str) {
+pub(crate) fn assert_well_formed(text: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut roots = 0;
     for part in text.trim().split('<').skip(1) {
@@ -502,7 +502,7 @@ fn completions_name_every_verb_in_each_shell() {
     let folder = Folder::new();
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = folder.good(&format!("completions {shell}")).out;
-        for verb in ["compile", "inspect", "run", "drive", "demo", "report", "trace"] {
+        for verb in ["compile", "inspect", "run", "drive", "evaluate", "report", "trace"] {
             assert!(script.contains(verb), "{shell}: {verb}");
         }
     }
@@ -525,7 +525,20 @@ fn demo_compiles_drives_and_reports() {
 fn help_and_version_are_no_errors() {
     let folder = Folder::new();
     assert!(folder.good("--version").out.starts_with("spikeloop "));
-    for verb in ["compile", "inspect", "run", "drive", "demo", "report", "trace", "completions"] {
+    for verb in [
+        "compile",
+        "inspect",
+        "run",
+        "drive",
+        "evaluate",
+        "arena",
+        "thresholds",
+        "camera",
+        "demo",
+        "report",
+        "trace",
+        "completions",
+    ] {
         assert!(folder.good(&format!("{verb} --help")).out.contains("Usage: spikeloop"), "{verb}");
     }
 }

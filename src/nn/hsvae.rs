@@ -16,6 +16,9 @@ use encoder::Encoder;
 pub use encoder::EncoderTrace;
 pub use trainer::{HsvaeSettings, HsvaeTrainer, Sequences};
 
+/// Log variance of the latent vector at the start, when it is aligned.
+const LOG_VARIANCE_START: f32 = -4.0;
+
 /// Sizes and settings of an auto-encoder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HsvaeShape {
@@ -34,9 +37,15 @@ pub struct HsvaeShape {
     /// Weight of the mean spike rate of the encoder's layers in the loss: 0 in the paper, above 0
     /// makes them sparse.
     pub rate_weight: f32,
-    /// Factor on the encoder's initial weights. 1 is PyTorch's default, with which sparse frames
-    /// die out before the last layer.
+    /// Factor on the encoder's initial weights (PyTorch's default); its biases begin at 0.
     pub encoder_gain: f32,
+    /// Sum over the inputs of a neuron of what is added to each initial weight. With 0, sparse
+    /// frames die out before the last layer; above, a layer's spikes begin as an image of how many
+    /// events there are where.
+    pub encoder_lean: f32,
+    /// Whether `mu` begins as the last layer's voltages, with little noise, in place of random
+    /// mixtures of them.
+    pub aligned_latent: bool,
 }
 
 impl HsvaeShape {
@@ -51,6 +60,8 @@ impl HsvaeShape {
             divergence_weight: 1.0,
             rate_weight: 0.0,
             encoder_gain: 1.0,
+            encoder_lean: 0.0,
+            aligned_latent: false,
         }
     }
 
@@ -132,12 +143,36 @@ impl Hsvae {
     pub fn initial(&self, streams: &Streams) -> Parameters {
         let mut parameters = Parameters::zeros(&self.layout);
         init::uniform_by_fan_in(&mut parameters, streams);
-        for entry in self.layout.entries().iter().filter(|entry| entry.name.starts_with("encoder."))
-        {
+        for entry in self.layout.entries().iter().filter(|e| e.name.starts_with("encoder.")) {
             let weights = entry.slot.of_mut(&mut parameters.values);
-            weights.iter_mut().for_each(|weight| *weight *= self.shape.encoder_gain);
+            if entry.name.ends_with(".bias") {
+                weights.fill(0.0);
+                continue;
+            }
+            let fan_in: usize = entry.shape[1..].iter().product();
+            let lean = self.shape.encoder_lean / fan_in as f32;
+            weights.iter_mut().for_each(|w| *w = *w * self.shape.encoder_gain + lean);
+        }
+        if self.shape.aligned_latent {
+            self.align(&mut parameters);
         }
         parameters
+    }
+
+    /// `mu` begins near the last voltages themselves, so that the decoder sees them where they are,
+    /// and with little noise.
+    fn align(&self, parameters: &mut Parameters) {
+        let n = self.shape.latent();
+        for (name, scale) in [("mu.weight", 0.1), ("sigma.weight", 0.1), ("sigma.bias", 0.0)] {
+            let slot = self.layout.find(name).expect("a tensor of this network").slot;
+            let values = slot.of_mut(&mut parameters.values);
+            values.iter_mut().for_each(|value| *value *= scale);
+            match name {
+                "mu.weight" => (0..n).for_each(|i| values[i * n + i] += 1.0),
+                "sigma.bias" => values.fill(LOG_VARIANCE_START),
+                _ => {}
+            }
+        }
     }
 
     /// State at the start of an episode.

@@ -13,6 +13,8 @@ fn small() -> HsvaeShape {
         divergence_weight: 0.1,
         rate_weight: 0.3,
         encoder_gain: 1.0,
+        encoder_lean: 1.0,
+        aligned_latent: true,
         ..HsvaeShape::eem_san()
     }
 }

@@ -89,6 +89,10 @@ pub struct HsvaeConfig {
     pub rate_weight: f32,
     /// Factor on the encoder's initial weights.
     pub encoder_gain: f32,
+    /// What is added to the initial weights of a neuron, all inputs together.
+    pub encoder_lean: f32,
+    /// Whether `mu` begins as the last voltages, in place of random mixtures of them.
+    pub aligned_latent: bool,
     /// Share of noise in the action that drives.
     pub exploration: f64,
     /// What the decoder is to show: 1 for the last frame of a tick (the paper), more for the mean
@@ -206,6 +210,7 @@ impl HsvaeConfig {
         range(file, "divergence_weight", f64::from(config.divergence_weight), 0.0, 1e3)?;
         range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
         range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
+        range(file, "encoder_lean", f64::from(config.encoder_lean), 0.0, 100.0)?;
         range(file, "exploration", config.exploration, 0.0, 1.0)?;
         range(file, "blur_px", config.blur_px as f64, 1.0, 31.0)?;
         range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
@@ -225,6 +230,8 @@ impl HsvaeConfig {
             divergence_weight: self.divergence_weight,
             rate_weight: self.rate_weight,
             encoder_gain: self.encoder_gain,
+            encoder_lean: self.encoder_lean,
+            aligned_latent: self.aligned_latent,
             ..HsvaeShape::eem_san()
         }
     }

@@ -13,6 +13,9 @@ use crate::nn::spike::Rectangular;
 use crate::nn::state::{StateError, StateReader, StateWriter};
 use crate::rng::{Streams, stream};
 
+/// Factor on the initial weights of a branch that joins a trained actor.
+const QUIET_BRANCH: f32 = 0.1;
+
 /// Settings of the update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DdpgSettings {
@@ -341,10 +344,26 @@ impl Ddpg {
 
     /// Takes the actor's parameters, `prefix` before each name, for the actor and its target.
     ///
+    /// A laser-only actor will do for one with events: its DVS branch stays as it is, with weights
+    /// and biases small enough that it is nearly silent at first.
+    ///
     /// Errors: a tensor is missing or has another shape; nothing is changed then.
     pub fn begin_with(&mut self, state: &StateReader, prefix: &str) -> Result<(), StateError> {
-        state.parameters(prefix, &mut self.actor.online)?;
-        self.actor.target = self.actor.online.clone();
+        let mut online = self.actor.online.clone();
+        let with_events = state.has(&format!("{prefix}fuse.dvs.weight"));
+        for entry in self.actor.online.layout().entries() {
+            let values = entry.slot.of_mut(&mut online.values);
+            if entry.name.contains(".dvs.") && !with_events {
+                let scaled = entry.name.ends_with(".weight") || entry.name.ends_with(".bias");
+                let factor = if scaled { QUIET_BRANCH } else { 1.0 };
+                values.iter_mut().for_each(|value| *value *= factor);
+                continue;
+            }
+            let read = state.floats(&format!("{prefix}{}", entry.name), &entry.shape)?;
+            values.copy_from_slice(&read);
+        }
+        self.actor.target = online.clone();
+        self.actor.online = online;
         Ok(())
     }
 

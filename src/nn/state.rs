@@ -138,6 +138,11 @@ impl<'a> StateReader<'a> {
         Ok(Self { file: file.to_owned(), tensors })
     }
 
+    /// Whether there is a tensor of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.tensors.tensor(name).is_ok()
+    }
+
     /// A tensor of floats of this shape.
     ///
     /// Errors: missing, another type or shape, not finite.

@@ -136,7 +136,8 @@ fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
     folder.checkpoint(|state| training.write(state))?;
     let report = training.measure(MEASURE_TICKS);
     folder.write("hsvae.safetensors", &training.weights())?;
-    let column = |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
+    let column =
+        |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
     let drawn = [
         Curve { label: "reconstruction error per pixel", values: column(0) },
         Curve { label: "divergence, weighted", values: column(1) },
@@ -258,7 +259,8 @@ fn save_actor(
         add_encoder(&mut state, encoder);
     }
     folder.write(name, &state.bytes())?;
-    let column = |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
+    let column =
+        |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
     let drawn = [
         Curve { label: "share of training flights at the goal", values: column(0) },
         Curve { label: "share with contact", values: column(1) },

@@ -203,7 +203,8 @@ impl ActorTraining {
             flights.iter().flat_map(|flight| flight.observation()).copied().collect();
         let streams = Streams::new(self.config.seed, 3);
         let update = (self.round << 20) + tick;
-        let draws = SpikeDraws { streams: &streams, name: stream::POPULATION_SPIKES, update, first: 0 };
+        let draws =
+            SpikeDraws { streams: &streams, name: stream::POPULATION_SPIKES, update, first: 0 };
         let actor = self.ddpg.actor_layers();
         let acted = actor.forward::<Rectangular>(&self.ddpg.actor.online.values, &seen, &draws);
         let [first, last] = phase.exploration;

@@ -153,12 +153,10 @@ impl FlightConfig {
     ///
     /// Errors: a text or number that is not allowed; `file` is the name that errors mention.
     pub fn trial(&self, file: &str, camera: bool) -> Result<TrialConfig, TrainConfigError> {
-        let actuators: Actuators = self.actuators.parse().map_err(
-            |e: crate::world::robot::ActuatorsError| TrainConfigError::Text {
-                file: file.to_owned(),
-                message: e.to_string(),
-            },
-        )?;
+        let actuators: Actuators =
+            self.actuators.parse().map_err(|e: crate::world::robot::ActuatorsError| {
+                TrainConfigError::Text { file: file.to_owned(), message: e.to_string() }
+            })?;
         range(file, "flight.worlds", self.worlds as f64, 1.0, 256.0)?;
         range(file, "flight.ticks_per_round", self.ticks_per_round as f64, 1.0, 1e6)?;
         let config = TrialConfig {

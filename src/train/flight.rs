@@ -166,15 +166,8 @@ impl<'w> Flight<'w> {
         let action = floats(action);
         self.frames = self.see();
         let next_observation = self.observation.clone();
-        self.last = Some(Step {
-            observation,
-            action,
-            reward,
-            next_observation,
-            terminal,
-            planned,
-            costs,
-        });
+        self.last =
+            Some(Step { observation, action, reward, next_observation, terminal, planned, costs });
         if self.trial.end().is_some() {
             self.count();
             self.restart();

@@ -114,11 +114,8 @@ impl HsvaeTraining {
         for stretch in 0..stretches {
             let ticks = self.config.stretch_ticks;
             let seen = self.fly(&mut flights, stretch * ticks as u64, ticks);
-            let batch = Sequences {
-                samples: flights.len(),
-                frames: &seen.frames,
-                targets: &seen.targets,
-            };
+            let batch =
+                Sequences { samples: flights.len(), frames: &seen.frames, targets: &seen.targets };
             let loss = self.trainer.update(&batch, &mut state, &streams);
             seen.ended.iter().for_each(|sample| state.clear(*sample, flights.len()));
             sum.reconstruction += loss.reconstruction;
@@ -244,9 +241,8 @@ impl HsvaeTraining {
 fn explore(flight: &mut Flight<'_>, tick: u64, exploration: f64) {
     let mut draw = flight.streams().at(stream::EXPLORATION, (1 << 32) + tick);
     let planned = flight.planned();
-    let mut mix = |a: f64| {
-        (draw.gaussian() * exploration + (1.0 - exploration) * a).clamp(0.0, 1.0)
-    };
+    let mut mix =
+        |a: f64| (draw.gaussian() * exploration + (1.0 - exploration) * a).clamp(0.0, 1.0);
     flight.drive(Action { left: mix(planned.left), right: mix(planned.right) });
 }
 

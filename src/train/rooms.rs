@@ -80,7 +80,8 @@ pub fn room(rules: &RoomRules, streams: &Streams, number: u64) -> Arena {
 fn walls(half: f64) -> Vec<Obstacle> {
     let wall = |name: &str, x: f64, y: f64, width: f64, depth: f64| {
         let centre = Point2::new(x, y);
-        let shape = ConvexPolygon::rectangle(centre, 0.0, Vector2::new(width, depth)).expect("a wall");
+        let shape =
+            ConvexPolygon::rectangle(centre, 0.0, Vector2::new(width, depth)).expect("a wall");
         Obstacle { name: name.to_owned(), shape: Shape::Polygon(shape), height_m: 1.0 }
     };
     let (far, long) = (half + 0.5, 2.0 * half);

@@ -1,14 +1,18 @@
 //! Verbs of the command line. Everything that prints, reads the clock or writes files is here.
 
+mod arena;
 mod args;
 mod camera;
 mod compile;
 mod demo;
 mod drive;
+mod drivers;
+mod evaluate;
 mod inspect;
 mod output;
 mod report;
 mod run;
+mod thresholds;
 mod trace;
 mod train;
 
@@ -48,6 +52,9 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Run(args) => run::run(&args),
         Verb::Drive(args) => drive::run(&args),
+        Verb::Evaluate(args) => evaluate::run(&args),
+        Verb::Arena(args) => arena::run(&args),
+        Verb::Thresholds(args) => thresholds::run(&args),
         Verb::Camera(args) => camera::run(&args),
         Verb::Demo(args) => demo::run(&args),
         Verb::Report(args) => report::run(&args),

@@ -1,17 +1,42 @@
 //! Many trials with one driver, in parallel, with the same result in any order.
 
+mod condition;
 mod driver;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub use condition::{CONDITIONS, Condition};
 pub use driver::{Driver, DriverKind, EngineKind};
 
 use crate::closed_loop::planner::Terrain;
 use crate::closed_loop::{ConfigError, TrialConfig, TrialOutcome, run_planned_trial, run_trial};
 use crate::host::ChipUse;
+use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::rng::Streams;
-use crate::world::World;
 use crate::world::pairs::Pair;
+use crate::world::{PHYSICS_HZ, World};
+
+/// Trials that cannot be flown.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FlyError {
+    /// A setting, start or goal is outside of its limits.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The network takes more or fewer event frames per control tick than there are.
+    #[error(
+        "{driver}: control rate {control_hz} Hz gives {frames} event frames per control tick, \
+         {FRAMES_PER_TICK} needed (FRAMES_PER_TICK); drive at {} Hz",
+        PHYSICS_HZ as usize / FRAMES_PER_TICK
+    )]
+    Frames {
+        /// Label of the driver.
+        driver: String,
+        /// The rate.
+        control_hz: u32,
+        /// Frames that it gives.
+        frames: u64,
+    },
+}
 
 /// One flown trial.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,9 +52,11 @@ pub struct Flown {
 /// Flies a trial for each pair with drivers made by `driver`, on `threads` threads.
 ///
 /// Trial `i` takes the streams of (seed, i), so results depend neither on the threads nor on how
-/// many trials there are. `finished` is called after each trial, from any thread.
+/// many trials there are. The event camera is on the robot when `driver` needs it, or when `config`
+/// has one. `finished` is called after each trial, from any thread.
 ///
-/// Errors: a setting, start or goal outside of its limits.
+/// Errors: a setting, start or goal outside of its limits; a control rate that does not suit the
+/// driver.
 pub fn fly(
     world: &World,
     pairs: &[Pair],
@@ -38,7 +65,8 @@ pub fn fly(
     seed: u64,
     threads: usize,
     finished: &(dyn Fn() + Sync),
-) -> Result<Vec<Flown>, ConfigError> {
+) -> Result<Vec<Flown>, FlyError> {
+    let config = &driver.config(config)?;
     let terrain = driver.is_planner().then(|| Terrain::new(world));
     let next = AtomicUsize::new(0);
     let fly_some = || -> Result<Vec<Flown>, ConfigError> {

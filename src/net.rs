@@ -1,6 +1,8 @@
 //! What a network is, before it meets a chip: layers, decays, thresholds, encoder, decoder.
 
 pub mod builtin;
+pub mod controller;
+pub mod conv2d;
 pub mod description;
 pub mod eem_san;
 pub mod encoder;
@@ -9,6 +11,7 @@ pub mod integer;
 pub mod network;
 mod tensors;
 
+pub use controller::Controller;
 pub use eem_san::{ConvLayer, EemSan, EventEncoder, PopulationBranch, Readout};
 pub use encoder::RateEncoder;
 pub use error::NetError;

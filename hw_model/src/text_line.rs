@@ -91,12 +91,36 @@ impl<'a> Line<'a> {
         T: FromStr + PartialOrd,
     {
         let value = self.value(key, "FIRST..END")?;
+        self.range_in(key, value, value)
+    }
+
+    /// The same with an optional `/step` of 2 or more.
+    pub(crate) fn stepped_range(
+        &mut self,
+        key: &str,
+    ) -> Result<(Range<u32>, Option<usize>), TextError> {
+        let value = self.value(key, "FIRST..END")?;
+        let Some((range, step)) = value.split_once('/') else {
+            return Ok((self.range_in(key, value, value)?, None));
+        };
+        let range = self.range_in(key, range, value)?;
+        match step.parse::<u16>() {
+            Ok(step @ 2..) => Ok((range, Some(step.into()))),
+            _ => Err(self.wrong(value, "a step of 2..=65535 behind the `/`")),
+        }
+    }
+
+    /// `range`, which is part of `whole`.
+    fn range_in<T>(&self, key: &str, range: &str, whole: &str) -> Result<Range<T>, TextError>
+    where
+        T: FromStr + PartialOrd,
+    {
         let expected = format!("a range FIRST..END with FIRST <= END behind `{key}=`");
-        let Some((first, end)) = value.split_once("..") else {
-            return Err(self.wrong(value, &expected));
+        let Some((first, end)) = range.split_once("..") else {
+            return Err(self.wrong(whole, &expected));
         };
         let range = self.parse::<T>(first, &expected)?..self.parse::<T>(end, &expected)?;
-        if range.start <= range.end { Ok(range) } else { Err(self.wrong(value, &expected)) }
+        if range.start <= range.end { Ok(range) } else { Err(self.wrong(whole, &expected)) }
     }
 
     /// First and length of a range of compartments.

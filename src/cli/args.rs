@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
+use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
+use spikeloop::evaluate::CONDITIONS;
+use spikeloop::world::arena::EVALUATION_PAIRS;
 use spikeloop::world::pairs::PAIRS_MAX;
 use spikeloop::world::robot::Actuators;
 
@@ -36,10 +38,16 @@ pub(super) enum Verb {
     Run(RunArgs),
     /// Drive a robot through an arena with a network (float) or a core map (chip)
     Drive(DriveArgs),
+    /// Success rates of networks on maps under conditions, beside the paper's
+    Evaluate(EvaluateArgs),
     /// Drive with an event camera; print its statistics, write its events and pictures
     Camera(CameraArgs),
     /// The whole loop in one command: compile, drive float and chip, report
     Demo(DemoArgs),
+    /// Draw an arena with the tracks of its movers
+    Arena(ArenaArgs),
+    /// Firing thresholds of networks by layer, as a table and a picture
+    Thresholds(ThresholdsArgs),
     /// Put results of `drive` into one HTML page
     Report(ReportArgs),
     /// Record or check golden traces
@@ -120,6 +128,9 @@ pub(super) struct InspectArgs {
     /// Print the whole map as text
     #[arg(long)]
     pub(super) dump: bool,
+    /// Draw the chip, its cores coloured by layer and by use of synapse memory
+    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "dump"])]
+    pub(super) picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -156,8 +167,9 @@ pub(super) struct RunArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct DriveArgs {
-    /// What drives, each in turn on the same trials: core maps (chip), description files or
-    /// built-in names (float), `straight`, or `planner` (knows everything)
+    /// What drives, each in turn on the same trials: core maps (chip), description files (.toml),
+    /// EEM-SANs (.safetensors) or built-in names (float), `straight`, or `planner` (knows
+    /// everything)
     #[arg(required = true, value_name = "MAP|NETWORK")]
     pub(super) drivers: Vec<String>,
     /// Weights of the networks that are not core maps
@@ -211,11 +223,82 @@ pub(super) struct DriveArgs {
 }
 
 #[derive(Debug, ClapArgs)]
+pub(super) struct EvaluateArgs {
+    /// What drives: everything that `drive` takes
+    #[arg(default_values = ["eem-san", "laser-only", "straight"], value_name = "NETWORK")]
+    pub(super) networks: Vec<String>,
+    /// Weights of the networks that take some
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// Arena file or built-in name; may be given several times
+    #[arg(long = "map", default_values = ["map1", "map2"], value_name = "FILE|NAME")]
+    pub(super) maps: Vec<String>,
+    /// Condition, all by default; may be given several times
+    #[arg(
+        long = "condition",
+        value_name = "NAME",
+        value_parser = PossibleValuesParser::new(CONDITIONS.map(|condition| condition.name))
+    )]
+    pub(super) conditions: Vec<String>,
+    /// Trials per map: the first pairs of the evaluation
+    #[arg(long, default_value_t = EVALUATION_PAIRS, value_name = "N", value_parser = up_to(PAIRS_MAX))]
+    pub(super) trials: usize,
+    /// First seed of the random streams; the pairs have a seed of their own
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Number of seeds
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
+    pub(super) seeds: u64,
+    /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds
+    #[arg(long, default_value = "ideal", value_name = "PRESET")]
+    pub(super) actuators: Actuators,
+    /// Control ticks before a trial is out of time
+    #[arg(long, default_value_t = 1000, value_name = "N")]
+    pub(super) ticks_max: u64,
+    /// Threads, each flying trials of its own; all cores by default
+    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
+    pub(super) threads: Option<usize>,
+    /// Keeps every finished cell of the table; a run that finds it goes on after the last one
+    #[arg(long, value_name = "FILE")]
+    pub(super) state: Option<PathBuf>,
+    /// Table to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Folder for pictures of the trajectories (.svg), one for each network, map and condition
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct ArenaArgs {
+    /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
+    #[arg(value_name = "FILE|NAME")]
+    pub(super) arena: String,
+    /// Picture to write (.svg)
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct ThresholdsArgs {
+    /// EEM-SANs (.safetensors), description files (.toml) or built-in names
+    #[arg(required = true, value_name = "NETWORK")]
+    pub(super) networks: Vec<String>,
+    /// Weights of the networks that take some
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// Picture to write (.svg)
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
 pub(super) struct CameraArgs {
     /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
     #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
     pub(super) arena: String,
-    /// What drives: description file or built-in name (float), or `straight`
+    /// What drives: description file, EEM-SAN (.safetensors) or built-in name (float), or
+    /// `straight`
     #[arg(long, default_value = "reflex", value_name = "straight|NETWORK")]
     pub(super) driver: String,
     /// Weights of the network
@@ -240,9 +323,12 @@ pub(super) struct CameraArgs {
     #[arg(long, value_name = "OUT.npz")]
     pub(super) events: Option<PathBuf>,
     /// Folder for pictures of the drive, one per control tick: the view with its events, then
-    /// five event frames
+    /// five event frames, then the reconstruction by --encoder
     #[arg(long, value_name = "FOLDER")]
     pub(super) frames: Option<PathBuf>,
+    /// Auto-encoder of event frames (.safetensors) that watches: its spikes are counted
+    #[arg(long, value_name = "FILE")]
+    pub(super) encoder: Option<PathBuf>,
     /// Statistics to write
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,

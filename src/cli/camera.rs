@@ -1,13 +1,15 @@
 //! `spikeloop camera`.
 
+mod watcher;
+
 use std::path::Path;
 use std::time::Instant;
 
 use serde_json::json;
 use spikeloop::closed_loop::{StraightToGoal, Trial, TrialConfig};
-use spikeloop::net::builtin;
+use spikeloop::net::{Controller, builtin};
 use spikeloop::policy::Policy;
-use spikeloop::reference::FloatPolicy;
+use spikeloop::reference::{EemSanPolicy, FloatPolicy};
 use spikeloop::report::tables::plain;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
@@ -18,8 +20,10 @@ use spikeloop::world::geometry::Pose;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::CameraArgs;
+use crate::cli::drivers::STRAIGHT;
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
+use watcher::{LayerActivity, Watcher, activity_table};
 
 /// Event frames of a control tick at 20 Hz.
 const FRAMES_PER_TICK: usize = 5;
@@ -39,11 +43,13 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
     let world = World::new(Arena::open(&args.arena)?);
     let config = camera_config(args);
     config.check()?;
-    let mut policy = policy(args)?;
+    let (mut policy, sees) = policy(args)?;
+    let watcher = args.encoder.as_deref().map(Watcher::read).transpose()?;
     let pairs =
         generate_pairs(&world, TRIALS_MAX, PairRules::default(), Streams::new(args.seed, 0))?;
+    let inputs = [args.weights.as_deref(), args.encoder.as_deref(), Some(Path::new(&args.driver))];
+    check_outputs(args.events.iter().chain(&args.json), inputs.into_iter().flatten())?;
     say(header(Some(args.seed), &[]))?;
-    check_outputs(args.events.iter().chain(&args.json), args.weights.as_deref())?;
     if let Some(folder) = &args.frames {
         std::fs::create_dir_all(folder)
             .map_err(|e| format!("{}: cannot make the folder: {e}", folder.display()))?;
@@ -54,7 +60,7 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
         Some(pose) => Some(stand(&world, &pose, args, &config)?),
         None => None,
     };
-    let mut drive = Drive::new(args);
+    let mut drive = Drive::new(args, watcher, sees);
     drive.fill(&world, &pairs, &config, policy.as_mut())?;
     let conditions = [Some(rest), passing, Some(drive.activity)];
     let summaries: Vec<Option<Summary>> =
@@ -72,6 +78,10 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
         "{} trials; {ms_per_frame:.3} ms per frame on one core, {pictures:.2} pictures drawn for each",
         drive.n_trials
     ))?;
+    let spikes = drive.watcher.as_ref().map(Watcher::activity);
+    if let Some(spikes) = &spikes {
+        say(activity_table(spikes))?;
+    }
     if let Some(path) = &args.events {
         drive.stream.write(path)?;
         say(format_args!("wrote {} ({} events)", path.display(), drive.stream.events().len()))?;
@@ -80,7 +90,10 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
         say(format_args!("wrote {} pictures to {}", drive.n_written, folder.display()))?;
     }
     if let Some(path) = &args.json {
-        output::write(path, &serde_json::to_vec_pretty(&as_json(args, &summaries))?)?;
+        output::write(
+            path,
+            &serde_json::to_vec_pretty(&as_json(args, &summaries, spikes.as_deref()))?,
+        )?;
     }
     Ok(Verdict::Good)
 }
@@ -93,12 +106,19 @@ fn camera_config(args: &CameraArgs) -> CameraConfig {
     }
 }
 
-fn policy(args: &CameraArgs) -> Result<Box<dyn Policy>, Failure> {
-    if args.driver == "straight" {
-        return Ok(Box::new(StraightToGoal));
+/// What drives, and whether it takes event frames.
+fn policy(args: &CameraArgs) -> Result<(Box<dyn Policy>, bool), Failure> {
+    if args.driver == STRAIGHT {
+        return Ok((Box::new(StraightToGoal), false));
     }
-    let network = builtin::read(&args.driver, args.weights.as_deref())?;
-    Ok(Box::new(FloatPolicy::new(&network)))
+    Ok(match builtin::open(&args.driver, args.weights.as_deref())? {
+        Controller::Described(network) => (Box::new(FloatPolicy::new(&network)), false),
+        Controller::EemSan(network) => {
+            let policy = EemSanPolicy::new(&network);
+            let sees = policy.takes_frames();
+            (Box::new(policy), sees)
+        }
+    })
 }
 
 /// Watches from one place for the time asked for.
@@ -142,6 +162,9 @@ struct Drive<'a> {
     activity: Activity,
     stream: EventStream,
     panels: Vec<Panel>,
+    watcher: Option<Watcher>,
+    /// Whether the driver takes event frames as well.
+    sees: bool,
     failure: Option<Failure>,
     camera_s: f64,
     n_frames: u64,
@@ -151,12 +174,14 @@ struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    fn new(args: &'a CameraArgs) -> Self {
+    fn new(args: &'a CameraArgs, watcher: Option<Watcher>, sees: bool) -> Self {
         Self {
             args,
             activity: Activity::default(),
             stream: EventStream::default(),
             panels: Vec::new(),
+            watcher,
+            sees,
             failure: None,
             camera_s: 0.0,
             n_frames: 0,
@@ -173,13 +198,15 @@ impl<'a> Drive<'a> {
         config: &CameraConfig,
         policy: &mut dyn Policy,
     ) -> Result<(), Failure> {
-        let settings = TrialConfig::eem_san(self.args.v_max);
+        let camera = self.sees.then(|| config.clone());
+        let settings = TrialConfig { camera, ..TrialConfig::eem_san(self.args.v_max) };
         let bar = progress(self.args.seconds * 100, &self.args.driver);
         for (trial_idx, pair) in pairs.iter().enumerate() {
             let streams = Streams::new(self.args.seed, trial_idx as u64);
             let mut trial = Trial::new(world, pair.start, pair.goal, &settings, streams)?;
             let mut camera = EventCamera::new(world, config, streams, &pair.start)?;
             policy.start_trial(streams);
+            self.watcher.iter_mut().for_each(Watcher::reset);
             self.n_trials += 1;
             while trial.end().is_none() && self.n_frames < self.args.seconds * 100 {
                 trial.tick_with(policy, |_, pose| self.look(&mut camera, pose));
@@ -207,11 +234,15 @@ impl<'a> Drive<'a> {
         if self.args.events.is_some() {
             self.stream.push_step(camera.events());
         }
+        if let Some(watcher) = &mut self.watcher {
+            watcher.look(&frame);
+        }
         let Some(folder) = &self.args.frames else { return };
         self.panels.push(Panel::of_frame(&frame));
         if self.panels.len() == FRAMES_PER_TICK {
             let view = Panel::of_shades(camera.picture()).with_events(camera.events());
             self.panels.insert(0, view);
+            self.panels.extend(self.watcher.as_ref().map(Watcher::reconstruction));
             let written = write_picture(folder, self.n_written, &self.panels);
             self.panels.clear();
             self.n_written += 1;
@@ -246,7 +277,11 @@ fn summary_table(summaries: &[Option<Summary>]) -> String {
     table.to_string()
 }
 
-fn as_json(args: &CameraArgs, summaries: &[Option<Summary>]) -> serde_json::Value {
+fn as_json(
+    args: &CameraArgs,
+    summaries: &[Option<Summary>],
+    encoder: Option<&[LayerActivity]>,
+) -> serde_json::Value {
     let conditions = ["rest", "movers_pass", "driving"];
     let summaries: std::collections::BTreeMap<_, _> =
         conditions.into_iter().zip(summaries).collect();
@@ -259,5 +294,6 @@ fn as_json(args: &CameraArgs, summaries: &[Option<Summary>]) -> serde_json::Valu
         "field_of_view_deg": args.field_of_view,
         "contrast_ln": args.contrast,
         "conditions": summaries,
+        "encoder": encoder,
     })
 }

@@ -15,7 +15,8 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::DemoArgs;
-use crate::cli::drive::{Flight, all_threads, chip_driver, maps, pairs_of_file, print_result};
+use crate::cli::drive::{Flight, all_threads, pairs_of_file, print_result};
+use crate::cli::drivers::{chip_driver, maps};
 use crate::cli::output::{header, say};
 use crate::cli::{Failure, Verdict, inspect, output};
 

@@ -5,35 +5,34 @@ use std::time::Instant;
 
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::evaluate::{Driver, EngineKind, fly};
-use spikeloop::host::Deployment;
-use spikeloop::net::builtin;
 use spikeloop::report::plot::trajectories;
 use spikeloop::report::results::{
     ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
 };
-use spikeloop::report::tables::{cost_table, outcome_table, overflow_line};
+use spikeloop::report::tables::{camera_note, cost_table, outcome_table, overflow_line};
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, check_pairs, generate_pairs, read_pairs};
 
 use crate::cli::args::{DriveArgs, EngineArg};
+use crate::cli::drivers::{drivers, last_seed, maps};
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 const TRIALS_DEFAULT: usize = 200;
-/// Name of the driver that needs no network.
-const STRAIGHT: &str = "straight";
-/// Name of the driver that knows everything.
-const PLANNER: &str = "planner";
 
 pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     let inputs = args.drivers.iter().map(Path::new).chain([Path::new(&args.arena)]);
     let inputs = inputs.chain(args.weights.as_deref()).chain(args.pairs.as_deref());
     check_outputs(args.json.iter().chain(&args.plot), inputs)?;
-    let drivers = drivers(args)?;
+    let engine = match args.engine {
+        EngineArg::Event => EngineKind::Event,
+        EngineArg::Dense => EngineKind::Dense,
+    };
+    let drivers = drivers(&args.drivers, args.weights.as_deref(), engine)?;
     let flight = Flight::prepare(args)?;
-    last_seed(args.seed, args.repeats)?;
+    last_seed(args.seed, "--repeats", args.repeats)?;
     say(header(Some(args.seed), &maps(&drivers)))?;
     let result = flight.fly_all(&drivers, args.seed, args.repeats)?;
     print_result(&result)?;
@@ -44,80 +43,6 @@ pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
         output::write(path, trajectories(&result).as_bytes())?;
     }
     Ok(Verdict::Good)
-}
-
-fn last_seed(seed: u64, repeats: u64) -> Result<u64, Failure> {
-    seed.checked_add(repeats - 1).ok_or_else(|| {
-        format!(
-            "--seed {seed}, --repeats {repeats}: seeds end at {}; take a smaller seed",
-            u64::MAX
-        )
-        .into()
-    })
-}
-
-fn drivers(args: &DriveArgs) -> Result<Vec<Driver>, Failure> {
-    let engine = match args.engine {
-        EngineArg::Event => EngineKind::Event,
-        EngineArg::Dense => EngineKind::Dense,
-    };
-    let weights = args.weights.as_deref();
-    if let (Some(weights), false) = (weights, args.drivers.iter().any(|name| is_network(name))) {
-        return Err(format!(
-            "{}: weights are for networks, and there is none among the drivers; leave --weights out",
-            weights.display()
-        )
-        .into());
-    }
-    args.drivers.iter().map(|name| driver(name, weights, engine)).collect()
-}
-
-/// Whether `name` is a description file, a built-in network, or neither that nor a file.
-fn is_network(name: &str) -> bool {
-    let path = Path::new(name);
-    match path.extension() {
-        Some(extension) => extension == "toml",
-        None => {
-            ![STRAIGHT, PLANNER].contains(&name)
-                && (builtin::NAMES.contains(&name) || !path.exists())
-        }
-    }
-}
-
-/// A core map by its label, `straight`, or else a network.
-fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driver, Failure> {
-    if name == STRAIGHT {
-        return Ok(Driver::straight());
-    }
-    if name == PLANNER {
-        return Ok(Driver::planner());
-    }
-    if is_network(name) {
-        return Ok(Driver::float(&builtin::read(name, weights)?));
-    }
-    if Path::new(name).extension().is_some_and(|extension| extension == "json") {
-        return Err(no_program(name));
-    }
-    chip_driver(Deployment::read(Path::new(name))?, name, engine)
-}
-
-fn no_program(name: &str) -> Failure {
-    format!("{name}: an integer network without encoder and decoder cannot drive; compile it and use `spikeloop run`").into()
-}
-
-/// Label and digest of each core map among `drivers`.
-pub(super) fn maps(drivers: &[Driver]) -> Vec<(String, String)> {
-    let digest = |driver: &Driver| Some((driver.label.clone(), driver.deployment()?.map.digest()));
-    drivers.iter().filter_map(digest).collect()
-}
-
-/// A compiled network as a driver; `name` is what errors mention.
-pub(super) fn chip_driver(
-    deployment: Deployment,
-    name: &str,
-    engine: EngineKind,
-) -> Result<Driver, Failure> {
-    Driver::chip(deployment, engine).ok_or_else(|| no_program(name))
 }
 
 /// World, trials and settings, ready to fly.
@@ -163,6 +88,11 @@ impl Flight {
         seed: u64,
         repeats: u64,
     ) -> Result<DriveResult, Failure> {
+        let mut settings = self.config.clone();
+        for driver in drivers {
+            let flown = driver.config(&self.config)?;
+            settings = if driver.needs_camera() { flown } else { settings };
+        }
         let mut results = Vec::new();
         for driver in drivers {
             for seed in (0..repeats).map(|repeat| seed + repeat) {
@@ -173,7 +103,7 @@ impl Flight {
             format: RESULT_FORMAT,
             revision: REVISION.to_owned(),
             seed,
-            settings: Settings::new(&self.config),
+            settings: Settings::new(&settings),
             arena: ArenaPicture::new(&self.world),
             pairs_mm: pairs_mm(&self.pairs),
             drivers: results,
@@ -189,9 +119,7 @@ impl Flight {
             })?;
         let wall_s = started.elapsed().as_secs_f64();
         bar.finish_and_clear();
-        let map = driver.deployment().map(|deployment| &deployment.map);
-        let chip = map.map(|map| (map.chip(), map.digest()));
-        Ok(DriverResult::new(&driver.label, seed, chip, &flown, wall_s))
+        Ok(DriverResult::new(driver, seed, &flown, wall_s))
     }
 }
 
@@ -224,8 +152,12 @@ pub(super) fn all_threads() -> usize {
 pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
     let s = &result.settings;
     say(format_args!(
-        "arena {}, {} Hz, v_max {} m/s, actuators {}",
-        result.arena.name, s.control_hz, s.v_max_m_per_s, s.actuators
+        "arena {}, {} Hz, v_max {} m/s, actuators {}{}",
+        result.arena.name,
+        s.control_hz,
+        s.v_max_m_per_s,
+        s.actuators,
+        camera_note(result)
     ))?;
     say(outcome_table(&result.drivers))?;
     let Some(costs) = cost_table(&result.drivers) else { return Ok(()) };

@@ -1,14 +1,18 @@
 //! `spikeloop inspect`.
 
+use hw_model::CoreMap;
+use hw_model::id::CoreId;
 use serde_json::json;
 use spikeloop::host::Deployment;
+use spikeloop::report::chip_picture::{chip_picture, cores_of};
 use spikeloop::report::tables::plain;
 
 use crate::cli::args::InspectArgs;
-use crate::cli::output::{REVISION, header, say};
+use crate::cli::output::{REVISION, check_outputs, header, say, write};
 use crate::cli::{Failure, Verdict};
 
 pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
+    check_outputs(&args.picture, [&*args.map])?;
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
     if args.json {
@@ -24,7 +28,43 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     say(header)?;
     say(format_args!("policy {} | chip {}", deployment.policy, deployment.map.chip().name))?;
     say(table(&deployment))?;
+    say(layers(&deployment.map))?;
+    if let Some(path) = &args.picture {
+        write(path, chip_picture(&deployment.network, &deployment.map).as_bytes())?;
+    }
     Ok(Verdict::Good)
+}
+
+/// Which cores each layer lies on, and what its synapses take there.
+fn layers(map: &CoreMap) -> String {
+    let of_cores = map.utilization();
+    let mut table =
+        plain(&["layer", "neurons", "cores", "stored synapses", "synapse words", "in axons"]);
+    for (index, population) in map.populations().iter().enumerate() {
+        let cores = cores_of(map, index);
+        let sum = |of: fn(&hw_model::core_map::CoreUse) -> u64| -> String {
+            cores.iter().map(|core| of(&of_cores[core.index()])).sum::<u64>().to_string()
+        };
+        table.add_row([
+            population.name.clone(),
+            population.len().to_string(),
+            ranges(&cores),
+            sum(|core| core.synapses),
+            sum(|core| core.synapse_words.used),
+            sum(|core| core.input_axons.used),
+        ]);
+    }
+    table.to_string()
+}
+
+/// Sorted core numbers as ranges: `3`, `0-63`, `2, 5-6`.
+fn ranges(cores: &[CoreId]) -> String {
+    let next = |a: &CoreId, b: &CoreId| a.index() + 1 == b.index();
+    let range = |range: &[CoreId]| match range {
+        [one] => one.to_string(),
+        _ => format!("{}-{}", range[0], range[range.len() - 1]),
+    };
+    cores.chunk_by(next).map(range).collect::<Vec<_>>().join(", ")
 }
 
 /// Use of every resource, used / limit, core by core.
@@ -70,8 +110,10 @@ fn as_json(deployment: &Deployment, digest: &str) -> serde_json::Value {
         "map_digest": digest,
         "cores": map.core_usage(),
         "utilization": map.utilization(),
-        "populations": map.populations().iter()
-            .map(|p| json!({ "name": p.name, "neurons": p.len(), "cores": p.slices.len() }))
+        "populations": map.populations().iter().enumerate()
+            .map(|(index, p)| {
+                json!({ "name": p.name, "neurons": p.len(), "cores": cores_of(map, index).len() })
+            })
             .collect::<Vec<_>>(),
         "ports": map.ports().iter()
             .map(|p| json!({ "name": p.name, "lines": p.lines, "messages": p.targets.len() }))

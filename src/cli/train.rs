@@ -145,14 +145,16 @@ fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
     ];
     folder.write("curves.svg", curves("auto-encoder", "round", &drawn).as_bytes())?;
     say(format_args!(
-        "{} updates. On {} frames of new flights, mean squared error per pixel: reconstruction \
-         {:.5}, mean frame {:.5}, previous frame {:.5}",
+        "{} updates. Mean squared error per pixel on {} ticks of new flights:",
         training.updates(),
-        report.frames,
-        report.reconstruction,
-        report.mean_frame,
-        report.previous_frame
+        report.frames
     ))?;
+    for (what, errors) in [("targets", report.targets), ("last frames", report.frames_last)] {
+        say(format_args!(
+            "  {what}: reconstruction {:.6}, mean picture {:.6}, picture before {:.6}",
+            errors.reconstruction, errors.mean, errors.previous
+        ))?;
+    }
     let rates: Vec<String> = report.rates.iter().map(|rate| format!("{rate:.3}")).collect();
     say(format_args!("spikes per neuron and frame, layer by layer: {}", rates.join(", ")))?;
     say(format_args!("wrote {}", folder.file("hsvae.safetensors").display()))?;

@@ -130,7 +130,7 @@ impl<'t> Planner<'t> {
         let reach_m = config.robot_radius_m + MARGIN_M.min(still_m - 0.01).max(0.0);
         let end = if last == STAND { HELD_STEPS + next_steps } else { STEPS };
         let (mut care_s, mut end_s) = (0.0, 0.0);
-        for step in 0..STEPS {
+        for (step, there) in forecast.iter().enumerate() {
             let (left, right) = match step {
                 _ if step < HELD_STEPS => held,
                 _ if step < HELD_STEPS + next_steps => next,
@@ -143,7 +143,7 @@ impl<'t> Planner<'t> {
                 return care_s + elapsed_s;
             }
             let still_m = self.terrain.clearance_m(place) - reach_m;
-            let moving_m = nearest(&forecast[step], place) - reach_m;
+            let moving_m = nearest(there, place) - reach_m;
             if still_m.min(moving_m) < 0.0 {
                 let late = (step + 1) as f64 / STEPS as f64;
                 return care_s + self.time_from(&body.pose) + CONTACT_COST * (1.0 - 0.5 * late);

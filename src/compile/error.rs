@@ -38,6 +38,14 @@ pub enum CompileError {
         /// Layer.
         layer: String,
     },
+    /// Parts of an integer network that do not go together.
+    #[error("{place}: {problem}; correct the network")]
+    Graph {
+        /// Population or projection.
+        place: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// Even one neuron needs more than a core has.
     #[error("layer {layer}: one neuron needs {used} {resource}, limit {limit} per core; {advice}")]
     NeuronTooLarge {

@@ -4,6 +4,10 @@ use hw_model::weight::{SignMode, SynapseFormat};
 
 use crate::net::integer::IntegerNet;
 
+pub use crate::net::integer::Mantissas;
+
+mod check;
+
 /// Populations, host ports and the synapses between them, all integer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IntegerGraph {
@@ -30,6 +34,28 @@ pub struct GraphPopulation {
     pub decay_voltage: u16,
     /// Threshold in units of 64.
     pub threshold_mantissa: u32,
+    /// Bias registers, added to the *voltage* in each step.
+    pub bias: BiasRegisters,
+}
+
+/// Bias registers of a population.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BiasRegisters {
+    /// Each for the next `neurons / len` neurons: none, one for all, one for each channel, or one
+    /// for each neuron.
+    pub mantissas: Vec<i16>,
+    /// Power of two that multiplies every mantissa.
+    pub exponent: u8,
+}
+
+impl BiasRegisters {
+    /// Mantissa and exponent of neuron `neuron` of `neurons`.
+    pub fn of(&self, neuron: usize, neurons: usize) -> (i16, u8) {
+        match self.mantissas.len() {
+            0 => (0, 0),
+            len => (self.mantissas[neuron / (neurons / len)], self.exponent),
+        }
+    }
 }
 
 /// Where a projection starts.
@@ -41,17 +67,20 @@ pub enum Source {
     Population(usize),
 }
 
-/// Synapses from a source to a population.
+/// Synapses onto a population. A population may have any number of them, of either kind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Projection {
-    /// Where spikes come from.
-    pub source: Source,
-    /// Line or neuron of the source that the first row of `mantissas` belongs to.
+    /// Where spikes come from. Several sources share the synapses: unit `i` of each goes through
+    /// the same weights, which are stored once.
+    pub sources: Vec<Source>,
+    /// Line or neuron of each source that the first row of `mantissas` (of a convolution: the
+    /// first pixel) belongs to.
     pub first_source: usize,
     /// Index of the target population.
     pub target: usize,
-    /// Mantissa from row `i` to neuron `n`: `mantissas[i * targets + n]`.
-    pub mantissas: Vec<i16>,
+    /// The weights. A dense row `i` is that of unit `first_source + i`; a population with a
+    /// convolution onto it is a picture, and is placed in tiles.
+    pub mantissas: Mantissas,
     /// Sign mode and exponent.
     pub signs: Signs,
     /// Power of two that multiplies every mantissa.
@@ -90,8 +119,8 @@ impl IntegerGraph {
     /// Excitatory and inhibitory synapses of the projections into population `target` from
     /// `source`.
     pub fn synapse_signs(&self, source: Source, target: usize) -> (usize, usize) {
-        let between = |p: &&Projection| p.source == source && p.target == target;
-        let all = || self.projections.iter().filter(between).flat_map(|p| &p.mantissas);
+        let between = |p: &&Projection| p.sources.contains(&source) && p.target == target;
+        let all = || self.projections.iter().filter(between).flat_map(|p| p.mantissas.values());
         (all().filter(|m| **m > 0).count(), all().filter(|m| **m < 0).count())
     }
 }
@@ -115,6 +144,7 @@ impl From<IntegerNet> for IntegerGraph {
                         decay_current: net.decay_current,
                         decay_voltage: net.decay_voltage,
                         threshold_mantissa,
+                        bias: BiasRegisters::default(),
                     });
                 }
             }
@@ -124,7 +154,7 @@ impl From<IntegerNet> for IntegerGraph {
                 unreachable!("the reader refuses synapses onto inputs");
             };
             graph.projections.push(Projection {
-                source: sources[projection.source],
+                sources: projection.sources.iter().map(|source| sources[*source]).collect(),
                 first_source: 0,
                 target,
                 mantissas: projection.weights,
@@ -135,3 +165,7 @@ impl From<IntegerNet> for IntegerGraph {
         graph
     }
 }
+
+#[cfg(test)]
+#[path = "graph_tests.rs"]
+mod tests;

@@ -1,28 +1,31 @@
 //! Partition and placement: populations onto cores, synapses onto axons.
 //!
-//! Each population gets cores of its own, as few as its resources allow, filled evenly. Result
-//! and cost of a run do not depend on which core is which, but for the hops of messages.
+//! Each population gets cores of its own, as few as its resources allow, filled evenly: a picture
+//! (a population with a convolution onto it) in tiles, others in ranges. Result and cost of a run
+//! do not depend on which core is which, but for the hops of messages.
 
 use std::collections::BTreeMap;
 
-use hw_model::core_map::{
-    AxonIn, AxonOut, CompartmentGroup, Core, HostPort, Population, PortTarget, Slice,
-};
+use hw_model::core_map::{AxonOut, Core, HostPort, Population, PortTarget, Slice};
 use hw_model::id::{AxonIdx, CompartmentIdx, CoreId};
-use hw_model::synapse::{SynapseEntry, SynapseForm, SynapseList};
-use hw_model::weight::SynapseFormat;
 use hw_model::{ChipSpec, CoreMap, CoreMapParts};
 
 use crate::compile::error::CompileError;
-use crate::compile::graph::{IntegerGraph, Projection, Signs, Source};
+use crate::compile::graph::{IntegerGraph, Mantissas, Source};
+use crate::net::conv2d::Shape;
+use part::Part;
+use tile::{Tile, tilings};
+
+mod part;
+mod tile;
 
 /// Places a graph on a chip.
 ///
 /// `neurons_per_core_max` narrows how many neurons of a population share a core (SAN's published
 /// mapping has 128).
 ///
-/// Errors: a neuron that no core can hold, or more cores than the chip has, with what sets the
-/// number and what would make it fit.
+/// Errors: parts of the graph that do not go together, a neuron that no core can hold, or more
+/// cores than the chip has, with what sets the number and what would make it fit.
 pub fn place(
     graph: &IntegerGraph,
     chip: &ChipSpec,
@@ -31,7 +34,8 @@ pub fn place(
     let mut placer = Placer {
         graph,
         chip,
-        neurons_per_core_max,
+        shapes: graph.shapes()?,
+        neurons_per_core_max: neurons_per_core_max.unwrap_or(usize::MAX).max(1),
         parts: vec![Vec::new(); graph.populations.len()],
     };
     // Targets first: how far a source's axons fan out depends on how often its target was split.
@@ -45,38 +49,46 @@ pub fn place(
 struct Placer<'a> {
     graph: &'a IntegerGraph,
     chip: &'a ChipSpec,
-    neurons_per_core_max: Option<usize>,
-    /// Cores of each population: ranges of its neurons.
+    /// Shape of each population.
+    shapes: Vec<Shape>,
+    neurons_per_core_max: usize,
+    /// Cores of each population.
     parts: Vec<Vec<Part>>,
 }
 
-/// Neurons `first..first + len` of a population, on one core.
-#[derive(Debug, Clone)]
-struct Part {
-    first: usize,
-    len: usize,
-    core: Core,
-    /// Source of each input axon.
-    sources: Vec<(Source, usize)>,
-}
+/// What a part needs too much of: resource, used, limit.
+type Excess = (&'static str, u64, u64);
 
 impl Placer<'_> {
-    /// The smallest number of equal parts that fit.
     fn partition(&self, population: usize) -> Result<Vec<Part>, CompileError> {
+        let mut onto = self.graph.projections.iter().filter(|p| p.target == population);
+        if onto.any(|p| matches!(p.mantissas, Mantissas::Conv(..))) {
+            self.partition_picture(population)
+        } else {
+            self.partition_range(population)
+        }
+    }
+
+    fn len_max(&self) -> usize {
+        self.neurons_per_core_max.min(self.chip.limits.compartments_per_core as usize)
+    }
+
+    /// The smallest number of equal parts that fit.
+    fn partition_range(&self, population: usize) -> Result<Vec<Part>, CompileError> {
         let neurons = self.graph.populations[population].neurons;
-        let per_core = self.neurons_per_core_max.unwrap_or(neurons).max(1);
-        let per_core = per_core.min(self.chip.limits.compartments_per_core as usize);
-        let mut n_parts = neurons.div_ceil(per_core);
+        let mut n_parts = neurons.div_ceil(self.len_max());
+        let mut known = None;
         loop {
             if n_parts > self.chip.limits.cores as usize {
                 return Err(self.too_many_parts(population));
             }
+            let fan_out = known.get_or_insert_with(|| self.fan_out(population, neurons));
             let len = neurons.div_ceil(n_parts);
-            let parts: Vec<Part> = (0..neurons)
-                .step_by(len)
-                .map(|first| self.part(population, first, len.min(neurons - first)))
-                .collect();
-            let Some(excess) = parts.iter().find_map(|part| self.excess(population, part)) else {
+            let tile = |first: usize| Tile::flat(first..neurons.min(first + len));
+            let parts: Vec<Part> =
+                (0..neurons).step_by(len).map(|first| self.part(population, tile(first))).collect();
+            let excess = parts.iter().find_map(|part| self.excess(population, part, fan_out));
+            let Some(excess) = excess else {
                 return Ok(parts);
             };
             if len == 1 {
@@ -88,18 +100,56 @@ impl Placer<'_> {
         }
     }
 
-    /// What the part needs too much of: resource, used, limit.
-    fn excess(&self, population: usize, part: &Part) -> Option<(&'static str, u64, u64)> {
+    /// The smallest number of equal tiles that fit; of equally many, those that see the fewest
+    /// inputs, as each takes an axon and a message.
+    fn partition_picture(&self, population: usize) -> Result<Vec<Part>, CompileError> {
+        let shape = self.shapes[population];
+        let fan_out = self.fan_out(population, shape.neurons());
+        let seen = |size: &[usize; 3]| self.inputs_seen(population, size);
+        let n_tiles_max = self.chip.limits.cores as usize;
+        for tiling in tilings(shape, self.len_max(), n_tiles_max, seen) {
+            let mut parts = Vec::with_capacity(tiling.n_tiles);
+            for tile in tiling.tiles(shape) {
+                let part = self.part(population, tile);
+                if self.excess(population, &part, &fan_out).is_some() {
+                    break;
+                }
+                parts.push(part);
+            }
+            if parts.len() == tiling.n_tiles {
+                return Ok(parts);
+            }
+        }
+        Err(self.too_many_parts(population))
+    }
+
+    /// Inputs that a tile of this size sees in the middle of the picture.
+    fn inputs_seen(&self, population: usize, [_, rows, columns]: &[usize; 3]) -> usize {
+        let onto = self.graph.projections.iter().filter(|p| p.target == population);
+        let seen = onto.map(|projection| match &projection.mantissas {
+            Mantissas::Dense(_) => 0,
+            Mantissas::Conv(conv, _) => {
+                let [_, channels, height, width] = conv.weights_shape();
+                let along = |n: usize, kernel: usize| (n - 1) * conv.stride() + kernel;
+                channels * along(*rows, height) * along(*columns, width)
+            }
+        });
+        seen.sum()
+    }
+
+    fn excess(&self, population: usize, part: &Part, fan_out: &[u64]) -> Option<Excess> {
         let limits = &self.chip.limits;
         let core = &part.core;
         let words: u64 = core
             .lists
             .iter()
-            .map(|list| list.words(&core.formats, &self.chip.packing, part.len))
+            .map(|list| list.words(&core.formats, &self.chip.packing, part.tile.len()))
             .sum();
+        let neurons = part.tile.neurons(self.shapes[population]);
+        let axons_out = neurons.iter().map(|neuron| fan_out[*neuron]).sum();
         let needs = [
             ("input axons", core.axons_in.len() as u64, limits.input_axons_per_core),
-            ("output axons", self.axons_out(population, part), limits.output_axons_per_core),
+            ("output axons", axons_out, limits.output_axons_per_core),
             ("synapse memory words", words, limits.synapse_words_per_core),
         ];
         needs
@@ -108,19 +158,28 @@ impl Placer<'_> {
             .find(|(_, used, limit)| used > limit)
     }
 
-    /// Output axons that the neurons of a part need, given the parts of their targets.
-    fn axons_out(&self, population: usize, part: &Part) -> u64 {
-        let ours = |source: &&(Source, usize)| {
-            source.0 == Source::Population(population)
-                && (part.first..part.first + part.len).contains(&source.1)
-        };
-        let targets = self.parts.iter().flatten();
-        targets.map(|target| target.sources.iter().filter(ours).count() as u64).sum()
+    /// Output axons that each of the first `n` neurons of a population needs, given the parts of
+    /// its targets.
+    fn fan_out(&self, population: usize, n: usize) -> Vec<u64> {
+        let mut fan_out = vec![0; n];
+        for (source, unit, _) in self.parts.iter().flatten().flat_map(|part| &part.edges) {
+            if let (true, Some(axons)) =
+                (*source == Source::Population(population), fan_out.get_mut(*unit))
+            {
+                *axons += 1;
+            }
+        }
+        fan_out
     }
 
     /// More parts than cores: because one neuron is too large already, or there are too many.
     fn too_many_parts(&self, population: usize) -> CompileError {
-        if let Some(excess) = self.excess(population, &self.part(population, 0, 1)) {
+        // Of a picture one in the middle, where nothing is cut off its inputs.
+        let shape = self.shapes[population];
+        let (y, x) = (shape.height / 2, shape.width / 2);
+        let one = Tile { channels: 0..1, rows: y..y + 1, columns: x..x + 1 };
+        let fan_out = self.fan_out(population, shape.neuron(0, y, x) + 1);
+        if let Some(excess) = self.excess(population, &self.part(population, one), &fan_out) {
             return self.too_large(population, excess);
         }
         let about = &self.graph.populations[population];
@@ -131,6 +190,10 @@ impl Placer<'_> {
             chip: self.chip.name.clone(),
             advice: "make the layer smaller, allow more neurons per core, or use a chip with more or larger cores",
         }
+    }
+
+    fn part(&self, population: usize, tile: Tile) -> Part {
+        Part::new(self.graph, self.chip, population, self.shapes[population], tile)
     }
 
     fn too_large(&self, population: usize, excess: (&'static str, u64, u64)) -> CompileError {
@@ -146,31 +209,6 @@ impl Placer<'_> {
                 _ => "reduce the fan-in of the layer, prune, or use fewer weight bits",
             },
         }
-    }
-
-    /// A core with the neurons of a part and every synapse that reaches them.
-    fn part(&self, population: usize, first: usize, len: usize) -> Part {
-        let about = &self.graph.populations[population];
-        let label = if len == about.neurons {
-            about.name.clone()
-        } else {
-            format!("{}[{first}..{}]", about.name, first + len)
-        };
-        let group = CompartmentGroup {
-            len: len as u16,
-            decay_current: about.decay_current,
-            decay_voltage: about.decay_voltage,
-            threshold_mantissa: about.threshold_mantissa,
-            bias_mantissa: 0,
-            bias_exponent: 0,
-            refractory_steps: 1,
-        };
-        let core = Core { label, groups: vec![group], ..Core::default() };
-        let mut part = Part { first, len, core, sources: Vec::new() };
-        for projection in self.graph.projections.iter().filter(|p| p.target == population) {
-            part.add_projection(self.graph, self.chip, projection);
-        }
-        part
     }
 
     fn check_cores(&self) -> Result<(), CompileError> {
@@ -198,7 +236,7 @@ impl Placer<'_> {
     }
 
     /// All parts on consecutive cores, joined by axons.
-    fn build(self) -> CoreMapParts {
+    fn build(mut self) -> CoreMapParts {
         let first_cores: Vec<usize> = self
             .parts
             .iter()
@@ -208,128 +246,78 @@ impl Placer<'_> {
                 Some(first)
             })
             .collect();
-        let mut edges: BTreeMap<Source, Vec<(usize, CoreId, AxonIdx)>> = BTreeMap::new();
+        let mut edges: BTreeMap<Source, Vec<Edge>> = BTreeMap::new();
         for (population, parts) in self.parts.iter().enumerate() {
             for (index, part) in parts.iter().enumerate() {
                 let core = CoreId((first_cores[population] + index) as u16);
-                for (axon, (source, unit)) in part.sources.iter().enumerate() {
-                    edges.entry(*source).or_default().push((*unit, core, AxonIdx(axon as u16)));
+                for (source, unit, axon) in &part.edges {
+                    edges.entry(*source).or_default().push((*unit, core, AxonIdx(*axon as u16)));
                 }
             }
         }
-        let ports = self.ports(&edges);
-        let populations = self.populations(&first_cores);
-        let mut cores = Vec::new();
-        for (population, parts) in self.parts.into_iter().enumerate() {
-            let edges = edges.get(&Source::Population(population)).map_or(&[][..], Vec::as_slice);
-            cores.extend(parts.into_iter().map(|part| part.into_core(edges)));
+        let edges_of = |source| edges.get(&source).map_or(&[][..], Vec::as_slice);
+        let ports = self.graph.ports.iter().enumerate();
+        let ports = ports.map(|(index, (name, lines))| {
+            // Too many lines are refused with the map.
+            let lines = u32::try_from(*lines).unwrap_or(u32::MAX);
+            host_port(name, lines, edges_of(Source::Port(index)))
+        });
+        let ports = ports.collect();
+        let mut populations = Vec::new();
+        let mut cores: Vec<Core> = Vec::new();
+        for (population, parts) in std::mem::take(&mut self.parts).into_iter().enumerate() {
+            let first_core = first_cores[population];
+            let sites = self.sites(population, first_core, &parts);
+            let name = self.graph.populations[population].name.clone();
+            populations.push(Population { name, slices: slices(&sites) });
+            cores.extend(parts.into_iter().map(|part| part.core));
+            for (unit, core, axon) in edges_of(Source::Population(population)) {
+                let (from, compartment) = sites[*unit];
+                let axon = AxonOut { compartment, core: *core, axon: *axon };
+                cores[from.index()].axons_out.push(axon);
+            }
         }
+        cores.iter_mut().for_each(|core| core.axons_out.sort_unstable());
         CoreMapParts { chip: self.chip.clone(), cores, populations, ports }
     }
 
-    fn ports(&self, edges: &BTreeMap<Source, Vec<(usize, CoreId, AxonIdx)>>) -> Vec<HostPort> {
-        let port = |(index, (name, lines)): (usize, &(String, usize))| {
-            let edges = edges.get(&Source::Port(index)).map_or(&[][..], Vec::as_slice);
-            let target = |(line, core, axon): &(usize, CoreId, AxonIdx)| PortTarget {
-                line: *line as u32,
-                core: *core,
-                axon: *axon,
-            };
-            let mut targets: Vec<_> = edges.iter().map(target).collect();
-            targets.sort_unstable();
-            HostPort { name: name.clone(), lines: *lines as u32, targets }
-        };
-        self.graph.ports.iter().enumerate().map(port).collect()
-    }
-
-    fn populations(&self, first_cores: &[usize]) -> Vec<Population> {
-        let slice = |first_core: usize, (index, part): (usize, &Part)| Slice {
-            core: CoreId((first_core + index) as u16),
-            first: CompartmentIdx(0),
-            len: part.len as u16,
-        };
-        let about = self.graph.populations.iter().zip(&self.parts).zip(first_cores);
-        about
-            .map(|((population, parts), first_core)| Population {
-                name: population.name.clone(),
-                slices: parts.iter().enumerate().map(|part| slice(*first_core, part)).collect(),
-            })
-            .collect()
+    /// Core and compartment of each neuron of a population.
+    fn sites(&self, population: usize, first_core: usize, parts: &[Part]) -> Vec<Site> {
+        let mut sites =
+            vec![(CoreId(0), CompartmentIdx(0)); self.graph.populations[population].neurons];
+        for (index, part) in parts.iter().enumerate() {
+            let core = CoreId((first_core + index) as u16);
+            let neurons = part.tile.neurons(self.shapes[population]);
+            for (compartment, neuron) in neurons.into_iter().enumerate() {
+                sites[neuron] = (core, CompartmentIdx(compartment as u16));
+            }
+        }
+        sites
     }
 }
 
-impl Part {
-    /// One input axon with a list of its own for each source that reaches these neurons.
-    fn add_projection(&mut self, graph: &IntegerGraph, chip: &ChipSpec, projection: &Projection) {
-        let targets = graph.populations[projection.target].neurons;
-        for (row, mantissas) in projection.mantissas.chunks(targets).enumerate() {
-            let mantissas = &mantissas[self.first..self.first + self.len];
-            if mantissas.iter().all(|mantissa| *mantissa == 0) {
-                continue;
-            }
-            let entries = self.entries(projection, mantissas, chip);
-            let list = self.core.lists.len() as u32;
-            self.core.lists.push(SynapseList { entries });
-            self.core.axons_in.push(AxonIn { list, base: 0 });
-            self.sources.push((projection.source, projection.first_source + row));
-        }
-    }
+/// Where a neuron lies.
+type Site = (CoreId, CompartmentIdx);
+/// Unit of a source, core and input axon that its spikes go to.
+type Edge = (usize, CoreId, AxonIdx);
 
-    fn entries(
-        &mut self,
-        projection: &Projection,
-        mantissas: &[i16],
-        chip: &ChipSpec,
-    ) -> Vec<SynapseEntry> {
-        let formats = projection.signs.formats(projection.exponent);
-        let ids: Vec<u8> = formats.into_iter().map(|format| self.format_id(format)).collect();
-        match projection.signs {
-            Signs::Mixed => {
-                let first = 0;
-                let dense = SynapseForm::Dense { first, mantissas: mantissas.to_vec() };
-                let dense = SynapseEntry { format: ids[0], form: dense };
-                let sparse = sparse_entry(ids[0], mantissas, |mantissa| mantissa != 0);
-                let words = |entry: &SynapseEntry| {
-                    let list = SynapseList { entries: vec![entry.clone()] };
-                    list.words(&self.core.formats, &chip.packing, self.len)
-                };
-                vec![if words(&sparse) < words(&dense) { sparse } else { dense }]
-            }
-            Signs::Split => [
-                sparse_entry(ids[0], mantissas, |mantissa| mantissa > 0),
-                sparse_entry(ids[1], mantissas, |mantissa| mantissa < 0),
-            ]
-            .into_iter()
-            .filter(|entry| !entry.is_empty())
-            .collect(),
-        }
-    }
-
-    fn format_id(&mut self, format: SynapseFormat) -> u8 {
-        let formats = &mut self.core.formats;
-        let known = formats.iter().position(|there| *there == format);
-        known.unwrap_or_else(|| {
-            formats.push(format);
-            formats.len() - 1
-        }) as u8
-    }
-
-    fn into_core(mut self, edges: &[(usize, CoreId, AxonIdx)]) -> Core {
-        let ours =
-            edges.iter().filter(|edge| (self.first..self.first + self.len).contains(&edge.0));
-        let axon = |(unit, core, axon): &(usize, CoreId, AxonIdx)| AxonOut {
-            compartment: CompartmentIdx((unit - self.first) as u16),
-            core: *core,
-            axon: *axon,
-        };
-        self.core.axons_out = ours.map(axon).collect();
-        self.core.axons_out.sort_unstable();
-        self.core
-    }
+fn host_port(name: &str, lines: u32, edges: &[Edge]) -> HostPort {
+    let target =
+        |(line, core, axon): &Edge| PortTarget { line: *line as u32, core: *core, axon: *axon };
+    let mut targets: Vec<_> = edges.iter().map(target).collect();
+    targets.sort_unstable();
+    HostPort { name: name.to_owned(), lines, targets }
 }
 
-fn sparse_entry(format: u8, mantissas: &[i16], keep: impl Fn(i16) -> bool) -> SynapseEntry {
-    let kept = mantissas.iter().enumerate().filter(|(_, mantissa)| keep(**mantissa));
-    let (targets, mantissas) = kept.map(|(target, mantissa)| (target as u16, *mantissa)).unzip();
-    SynapseEntry { format, form: SynapseForm::Sparse { targets, mantissas } }
+/// Neighbouring compartments of one core as one slice.
+fn slices(sites: &[Site]) -> Vec<Slice> {
+    let mut slices: Vec<Slice> = Vec::new();
+    for (core, compartment) in sites {
+        let end = |slice: &Slice| slice.first.0 + slice.len;
+        match slices.last_mut().filter(|s| s.core == *core && end(s) == compartment.0) {
+            Some(slice) => slice.len += 1,
+            None => slices.push(Slice { core: *core, first: *compartment, len: 1 }),
+        }
+    }
+    slices
 }

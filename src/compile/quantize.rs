@@ -8,7 +8,9 @@ use hw_model::ChipSpec;
 use hw_model::fixed::DECAY_UNIT;
 
 use crate::compile::error::CompileError;
-use crate::compile::graph::{GraphPopulation, IntegerGraph, Projection, Signs, Source};
+use crate::compile::graph::{
+    BiasRegisters, GraphPopulation, IntegerGraph, Mantissas, Projection, Signs, Source,
+};
 use crate::compile::policy::{Policy, Scale};
 use crate::net::network::RELAY_NAMES;
 use crate::net::{Layer, Network};
@@ -205,18 +207,22 @@ pub fn quantize(
         let target = graph.populations.len();
         graph.populations.push(population(layer, quantized));
         graph.projections.push(Projection {
-            source,
+            sources: vec![source],
             first_source: 0,
             target,
-            mantissas: transposed(&quantized.weights, layer.neurons, layer.inputs),
+            mantissas: Mantissas::Dense(transposed(
+                &quantized.weights,
+                layer.neurons,
+                layer.inputs,
+            )),
             signs,
             exponent: quantized.exponent,
         });
         graph.projections.push(Projection {
-            source: bias_source,
+            sources: vec![bias_source],
             first_source: index,
             target,
-            mantissas: quantized.bias.clone(),
+            mantissas: Mantissas::Dense(quantized.bias.clone()),
             signs,
             exponent: quantized.bias_exponent,
         });
@@ -233,6 +239,7 @@ fn population(layer: &Layer, quantized: &QuantizedLayer) -> GraphPopulation {
         decay_current: decay(layer.keep_current),
         decay_voltage: decay(layer.keep_voltage),
         threshold_mantissa: quantized.threshold_mantissa,
+        bias: BiasRegisters::default(),
     }
 }
 
@@ -246,14 +253,15 @@ fn add_relay(graph: &mut IntegerGraph, port: usize, name: &str) -> Source {
         decay_current: DECAY_UNIT as u16,
         decay_voltage: DECAY_UNIT as u16,
         threshold_mantissa: RELAY_THRESHOLD,
+        bias: BiasRegisters::default(),
     });
     let mut mantissas = vec![0; neurons * neurons];
     (0..neurons).for_each(|i| mantissas[i * neurons + i] = RELAY_WEIGHT);
     graph.projections.push(Projection {
-        source: Source::Port(port),
+        sources: vec![Source::Port(port)],
         first_source: 0,
         target,
-        mantissas,
+        mantissas: Mantissas::Dense(mantissas),
         signs: Signs::Split,
         exponent: 0,
     });

@@ -88,13 +88,10 @@ fn bias_lines_reach_every_neuron_with_a_bias_and_no_other() {
     let network = builtin::read("reflex", None).unwrap();
     let q = quantize(&network, &Policy::named("nearest").unwrap(), &ChipSpec::loihi1()).unwrap();
     let of_layer = |target: usize| {
-        let bias =
-            q.graph.projections.iter().find(|p| p.target == target && p.source == Source::Port(1));
-        bias.expect("every layer has a bias line")
-            .mantissas
-            .iter()
-            .map(|m| m.signum())
-            .collect::<Vec<_>>()
+        let from_bias = [Source::Port(1)];
+        let mut onto = q.graph.projections.iter().filter(|p| p.target == target);
+        let bias = onto.find(|p| p.sources == from_bias).expect("every layer has a bias line");
+        bias.mantissas.values().iter().map(|m| m.signum()).collect::<Vec<_>>()
     };
     assert_eq!(of_layer(0), [-1, -1, -1, -1, 0, 0]);
     assert_eq!(of_layer(1), [1, 1]);

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use hw_model::{DenseEngine, Engine, EventEngine};
+use hw_model::{DenseEngine, Engine, EventEngine, container};
 
-use crate::closed_loop::StraightToGoal;
+use crate::closed_loop::{StraightToGoal, TrialConfig};
+use crate::evaluate::FlyError;
 use crate::host::{ChipPolicy, ChipUse, Deployment};
-use crate::net::Network;
+use crate::net::eem_san::FRAMES_PER_TICK;
+use crate::net::{Controller, Network};
 use crate::policy::Policy;
-use crate::reference::FloatPolicy;
+use crate::reference::{EemSanPolicy, FloatPolicy};
 
 /// Which engine runs a core map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +26,8 @@ pub enum EngineKind {
 pub enum DriverKind {
     /// The float reference of a network.
     Float(Box<FloatPolicy>),
+    /// An EEM-SAN or its laser-only control in floats.
+    EemSan(Box<EemSanPolicy>),
     /// A compiled network on an emulated chip.
     Chip {
         /// The compiled network.
@@ -42,6 +46,8 @@ pub enum DriverKind {
 pub struct Driver {
     /// Name in tables.
     pub label: String,
+    /// SHA-256 of the network or the core map; `None` for a driver without one.
+    pub digest: Option<String>,
     kind: DriverKind,
 }
 
@@ -55,7 +61,19 @@ impl Driver {
     /// The float reference of `network`.
     pub fn float(network: &Network) -> Self {
         let label = format!("{} float", network.name);
-        Self { label, kind: DriverKind::Float(Box::new(FloatPolicy::new(network))) }
+        let digest = Some(container::digest(network));
+        Self { label, digest, kind: DriverKind::Float(Box::new(FloatPolicy::new(network))) }
+    }
+
+    /// The float reference of a network of either kind.
+    pub fn controller(controller: &Controller) -> Self {
+        let network = match controller {
+            Controller::Described(network) => return Self::float(network),
+            Controller::EemSan(network) => network,
+        };
+        let label = format!("{} float", network.name);
+        let digest = Some(container::digest(network));
+        Self { label, digest, kind: DriverKind::EemSan(Box::new(EemSanPolicy::new(network))) }
     }
 
     /// A compiled network; `None` when it has no encoder and decoder.
@@ -69,17 +87,19 @@ impl Driver {
         };
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
-        Some(Self { label, kind: DriverKind::Chip { deployment: Box::new(deployment), template } })
+        let digest = Some(deployment.map.digest());
+        let kind = DriverKind::Chip { deployment: Box::new(deployment), template };
+        Some(Self { label, digest, kind })
     }
 
     /// The baseline that steers at the goal.
     pub fn straight() -> Self {
-        Self { label: "straight to goal".to_owned(), kind: DriverKind::Straight }
+        Self { label: "straight to goal".to_owned(), digest: None, kind: DriverKind::Straight }
     }
 
     /// The planner that knows everything.
     pub fn planner() -> Self {
-        Self { label: "planner (knows all)".to_owned(), kind: DriverKind::Planner }
+        Self { label: "planner (knows all)".to_owned(), digest: None, kind: DriverKind::Planner }
     }
 
     /// Whether this is the planner, which flies without a [`Policy`].
@@ -91,13 +111,39 @@ impl Driver {
     pub fn deployment(&self) -> Option<&Deployment> {
         match &self.kind {
             DriverKind::Chip { deployment, .. } => Some(deployment),
-            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner => None,
+            DriverKind::Float(_)
+            | DriverKind::EemSan(_)
+            | DriverKind::Straight
+            | DriverKind::Planner => None,
         }
+    }
+
+    /// Whether its network takes the frames of an event camera.
+    pub fn needs_camera(&self) -> bool {
+        matches!(&self.kind, DriverKind::EemSan(policy) if policy.takes_frames())
+    }
+
+    /// The settings that this driver flies by: `config`, with a camera when it needs one.
+    ///
+    /// Errors: the control rate does not give the network its five event frames per tick.
+    pub fn config(&self, config: &TrialConfig) -> Result<TrialConfig, FlyError> {
+        if !self.needs_camera() {
+            return Ok(config.clone());
+        }
+        config.check()?;
+        let frames = config.steps_per_tick();
+        if frames != FRAMES_PER_TICK as u64 {
+            let (driver, control_hz) = (self.label.clone(), config.control_hz);
+            return Err(FlyError::Frames { driver, control_hz, frames });
+        }
+        let camera = config.camera.clone().unwrap_or_default();
+        Ok(TrialConfig { camera: Some(camera), ..config.clone() })
     }
 
     pub(super) fn start(&self) -> Active {
         match &self.kind {
             DriverKind::Float(policy) => Active::Other(policy.clone()),
+            DriverKind::EemSan(policy) => Active::Other(policy.clone()),
             DriverKind::Straight | DriverKind::Planner => Active::Other(Box::new(StraightToGoal)),
             DriverKind::Chip { deployment, template } => {
                 let engine: Box<dyn Engine> = match template {

@@ -5,7 +5,9 @@ mod reflex;
 use std::path::Path;
 
 use crate::files;
+use crate::net::controller::Controller;
 use crate::net::description;
+use crate::net::eem_san::EemSan;
 use crate::net::error::NetError;
 use crate::net::network::Network;
 
@@ -14,10 +16,58 @@ const SAN: &str = include_str!("builtin/san.toml");
 /// Names of the built-in descriptions.
 pub const NAMES: [&str; 2] = ["reflex", "san"];
 
-/// Reads a network by its built-in name or from a description file. A file that is called like a
-/// built-in network needs its folder: `./san`.
+/// Names of the networks that come trained, and their weights in the form of
+/// [`EemSan::from_bytes`].
+const TRAINED: [(&str, &[u8]); 2] = [
+    ("eem-san", include_bytes!("weights/eem_san.safetensors")),
+    ("laser-only", include_bytes!("weights/laser_only.safetensors")),
+];
+
+/// How the file name of an EEM-SAN ends.
+const WEIGHTS_EXTENSION: &str = "safetensors";
+
+/// Whether `name` is a built-in network of either kind.
+pub fn is_name(name: &str) -> bool {
+    NAMES.contains(&name) || trained(name).is_some()
+}
+
+/// Whether `name` is a network that weights can be given for: one with a description.
+pub fn takes_weights(name: &str) -> bool {
+    !is_eem_san(name) && name != "reflex"
+}
+
+/// Reads a network of either kind by its built-in name, from a description file, or from an
+/// EEM-SAN's weights (`.safetensors`).
 ///
-/// Errors: as [`description::read`]; an unknown name; a built-in network without its weights.
+/// Errors: as [`read`] and [`EemSan::from_bytes`]; weights for a network that has its own.
+pub fn open(name: &str, weights: Option<&Path>) -> Result<Controller, NetError> {
+    if let (true, Some(weights)) = (is_eem_san(name), weights) {
+        let weights = weights.display().to_string();
+        return Err(NetError::Weights { name: name.to_owned(), weights });
+    }
+    if let Some(bytes) = trained(name) {
+        let network = EemSan::from_bytes(name, name, bytes)?;
+        return Ok(Controller::EemSan(Box::new(network)));
+    }
+    if is_eem_san(name) {
+        let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+        let network = EemSan::from_bytes(&stem, name, &files::read_bytes(Path::new(name))?)?;
+        return Ok(Controller::EemSan(Box::new(network)));
+    }
+    match read(name, weights) {
+        Err(NetError::Unknown { name, known }) => {
+            let trained = TRAINED.map(|(name, _)| name).join(", ");
+            Err(NetError::Unknown { name, known: format!("{known}, {trained}") })
+        }
+        read => read.map(Controller::Described),
+    }
+}
+
+/// Reads a network with a description by its built-in name or from a description file. A file that
+/// is called like a built-in network needs its folder: `./san`.
+///
+/// Errors: as [`description::read`]; an unknown name; a built-in network without its weights; an
+/// EEM-SAN.
 pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
     let path = Path::new(name);
     match (name, weights) {
@@ -31,7 +81,18 @@ pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
             description::from_memory("san", SAN, &weights.display().to_string(), &bytes)
         }
         ("san", None) => Err(NetError::NoWeights { file: "san".to_owned() }),
+        _ if is_eem_san(name) => Err(NetError::EemSan { name: name.to_owned() }),
         _ if path.exists() || path.extension().is_some() => description::read(path, weights),
         _ => Err(NetError::Unknown { name: name.to_owned(), known: NAMES.join(", ") }),
     }
+}
+
+fn trained(name: &str) -> Option<&'static [u8]> {
+    TRAINED.iter().find(|(known, _)| *known == name).map(|(_, bytes)| *bytes)
+}
+
+/// Whether `name` is an EEM-SAN, built in or in a file.
+fn is_eem_san(name: &str) -> bool {
+    trained(name).is_some()
+        || Path::new(name).extension().is_some_and(|extension| extension == WEIGHTS_EXTENSION)
 }

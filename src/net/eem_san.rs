@@ -5,6 +5,7 @@
 //! laser-only control.
 
 use safetensors::SafeTensors;
+use serde::Serialize;
 
 use crate::net::error::NetError;
 use crate::net::network::Layer;
@@ -27,7 +28,7 @@ const STEPS: u32 = 5;
 pub const KERNEL: usize = 4;
 
 /// A trained EEM-SAN, or its laser-only control.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EemSan {
     /// Name.
     pub name: String,
@@ -44,7 +45,7 @@ pub struct EemSan {
 }
 
 /// HSVAE's encoder and the readout of its last voltages. State lives for an episode.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventEncoder {
     /// Convolutions, 4x4, stride 2, one zero around.
     pub layers: Vec<ConvLayer>,
@@ -59,7 +60,7 @@ pub struct EventEncoder {
 }
 
 /// A convolution of spiking neurons.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConvLayer {
     /// Name.
     pub name: String,
@@ -76,7 +77,7 @@ pub struct ConvLayer {
 }
 
 /// A fully connected layer that the host computes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Readout {
     /// [outputs, inputs].
     pub weights: Vec<f32>,
@@ -85,7 +86,7 @@ pub struct Readout {
 }
 
 /// Gaussian population code (eq. 6) and the spiking layer that it feeds.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PopulationBranch {
     /// Neurons per dimension.
     pub neurons: usize,
@@ -133,8 +134,8 @@ impl EemSan {
     /// `actor.fuse.B.weight`, `.bias`, `.r` for B = `laser`, `dvs`; `actor.decision.K.weight`,
     /// `.bias`, `.r`. K counts from 1; thresholds are `tanh(r)`.
     ///
-    /// Errors: not safetensors; a tensor missing, of another shape, not finite; a threshold or a
-    /// width not above 0.
+    /// Errors: not safetensors; a tensor missing, of another shape, not finite; a layer without
+    /// neurons; a threshold or a width not above 0.
     pub fn from_bytes(name: &str, file: &str, bytes: &[u8]) -> Result<Self, NetError> {
         let tensors = tensors::open(file, bytes)?;
         let parts = Parts { file, tensors: &tensors };
@@ -191,10 +192,11 @@ impl Parts<'_> {
             let name = format!("{prefix}{layer}");
             let Some(shape) = tensor.shape(&format!("{name}.weight")) else { break };
             let outputs = shape.first().copied().unwrap_or(0);
+            self.some_neurons(&layer, outputs)?;
             let expected = [outputs, inputs, KERNEL, KERNEL];
             let weights = tensor.read(&format!("{name}.weight"), &expected)?;
             let bias = tensor.read(&format!("{name}.bias"), &[outputs])?;
-            if side < 2 || outputs == 0 {
+            if side < 2 {
                 let limit = format!("at most {}: frames halve", layers.len());
                 return Err(self.value(&layer, "layers", (layers.len() + 1).to_string(), limit));
             }
@@ -213,7 +215,10 @@ impl Parts<'_> {
     /// `mu`, with the latent vector's mean and deviation worked into it.
     fn readout(&self, prefix: &str, inputs: usize) -> Result<Readout, NetError> {
         let tensor = self.reader("mu");
-        let outputs = tensor.shape(&format!("{prefix}mu.weight")).map_or(inputs, |shape| shape[0]);
+        let outputs =
+            tensor.shape(&format!("{prefix}mu.weight")).and_then(|shape| shape.first().copied());
+        let outputs = outputs.unwrap_or(inputs);
+        self.some_neurons("mu", outputs)?;
         let mut weights = tensor.read(&format!("{prefix}mu.weight"), &[outputs, inputs])?;
         let mut bias = tensor.read(&format!("{prefix}mu.bias"), &[outputs])?;
         let mean = tensor.read(&format!("{prefix}latent.mean"), &[outputs])?;
@@ -232,6 +237,7 @@ impl Parts<'_> {
         let tensor = self.reader(&place);
         let shape = tensor.shape(&format!("actor.{place}.mean")).unwrap_or_default();
         let neurons = shape.last().copied().unwrap_or(10);
+        self.some_neurons(&place, neurons)?;
         let mean = tensor.read(&format!("actor.{place}.mean"), &[dimensions, neurons])?;
         let deviation = tensor.read(&format!("actor.{place}.deviation"), &[dimensions, neurons])?;
         for deviation in &deviation {
@@ -263,6 +269,7 @@ impl Parts<'_> {
         let tensor = self.reader(name);
         let shape = tensor.shape(&format!("actor.{name}.weight")).unwrap_or_default();
         let neurons = shape.first().copied().unwrap_or(1);
+        self.some_neurons(name, neurons)?;
         let weights = tensor.read(&format!("actor.{name}.weight"), &[neurons, inputs])?;
         let bias = tensor.read(&format!("actor.{name}.bias"), &[neurons])?;
         let r = tensor.read(&format!("actor.{name}.r"), &[1])?[0];
@@ -271,6 +278,13 @@ impl Parts<'_> {
         let (keep_current, keep_voltage) = KEEP;
         let name = name.to_owned();
         Ok(Layer { name, inputs, neurons, weights, bias, keep_current, keep_voltage, threshold })
+    }
+
+    fn some_neurons(&self, place: &str, neurons: usize) -> Result<(), NetError> {
+        if neurons > 0 {
+            return Ok(());
+        }
+        Err(self.value(place, "neurons", neurons.to_string(), "1 or more".to_owned()))
     }
 
     fn above_zero(&self, place: &str, what: &'static str, value: f64) -> Result<(), NetError> {

@@ -28,6 +28,23 @@ pub enum NetError {
         /// The file.
         file: String,
     },
+    /// An EEM-SAN where a network with a description is expected.
+    #[error(
+        "{name}: is an EEM-SAN, and a network with a description is expected here; \
+         `drive`, `evaluate` and `thresholds` take one"
+    )]
+    EemSan {
+        /// Built-in name or file.
+        name: String,
+    },
+    /// Weights for a network that comes with its own.
+    #[error("{weights}: {name} comes with its weights; leave --weights out")]
+    Weights {
+        /// Built-in name or file of the network.
+        name: String,
+        /// The weights file.
+        weights: String,
+    },
     /// No built-in network has this name.
     #[error("{name}: neither a file nor a built-in network (there is: {known})")]
     Unknown {

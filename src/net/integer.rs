@@ -1,11 +1,17 @@
 //! Networks that are integer from the start: a JSON file and an npz file of the same name.
 //!
 //! Weights are mantissas of 8-bit mixed sign mode, thresholds are mantissas, decays are per 4096.
+//!
+//! A projection of kind `dense` has weights `[sources, targets]`. One of kind `conv2d` has
+//! `in_shape` and `out_shape` as `[channels, height, width]`, `kernel`, `stride`, `pad`, and
+//! weights `[output channels, input channels, kernel, kernel]`. Projections of equal weights onto
+//! one population share them on the chip.
 
 use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::net::conv2d::{Conv2d, Shape};
 use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
 
@@ -37,15 +43,34 @@ pub struct IntegerPopulation {
     pub threshold_mantissa: Option<u32>,
 }
 
-/// All synapses between two populations.
+/// Synapses onto a population.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IntegerProjection {
-    /// Index of the source population.
-    pub source: usize,
+    /// Indices of the source populations, of equal size; spikes of any of them go through the
+    /// same weights.
+    pub sources: Vec<usize>,
     /// Index of the target population, a LIF one.
     pub target: usize,
-    /// Weight from source `i` to target `n` is `weights[i * targets + n]`.
-    pub weights: Vec<i16>,
+    /// The weights.
+    pub weights: Mantissas,
+}
+
+/// Weights of a projection.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Mantissas {
+    /// From source `i` to target `n`: `[i * targets + n]`.
+    Dense(Vec<i16>),
+    /// A kernel, row-major by output channel, input channel, row, column.
+    Conv(Conv2d, Vec<i16>),
+}
+
+impl Mantissas {
+    /// The stored weights, each once.
+    pub fn values(&self) -> &[i16] {
+        match self {
+            Self::Dense(values) | Self::Conv(_, values) => values,
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -74,6 +99,11 @@ struct ProjectionForm {
     dst: String,
     kind: String,
     w: String,
+    in_shape: Option<[usize; 3]>,
+    out_shape: Option<[usize; 3]>,
+    kernel: Option<usize>,
+    stride: Option<usize>,
+    pad: Option<usize>,
 }
 
 /// Reads a network; `weights` replaces the npz file beside the description.
@@ -96,24 +126,41 @@ pub fn from_parts(file: &str, text: &str, npz: &mut Npz) -> Result<IntegerNet, N
         let found = populations.iter().position(|p| p.name == name);
         found.ok_or_else(|| syntax(format!("no population is called {name}")))
     };
-    let mut projections = Vec::with_capacity(form.projections.len());
+    let mut projections: Vec<IntegerProjection> = Vec::with_capacity(form.projections.len());
+    let mut names: Vec<&ProjectionForm> = Vec::with_capacity(form.projections.len());
     for p in &form.projections {
         let (source, target) = (named(&p.src)?, named(&p.dst)?);
-        if p.kind != "dense" {
-            return Err(syntax(format!(
-                "projection {}: kind {} found, dense expected; shared convolution kernels are not compiled yet",
-                p.name, p.kind
-            )));
-        }
+        let wrong = |problem: String| syntax(format!("projection {}: {problem}", p.name));
         if populations[target].threshold_mantissa.is_none() {
-            return Err(syntax(format!(
-                "projection {}: {} is an input, it has no synapses",
-                p.name, p.dst
-            )));
+            return Err(wrong(format!("{} is an input, it has no synapses", p.dst)));
         }
-        let shape = [populations[source].neurons as u64, populations[target].neurons as u64];
-        let weights = dense_weights(file, p, npz.ints(&p.w)?, shape)?;
-        projections.push(IntegerProjection { source, target, weights });
+        let sizes = [populations[source].neurons, populations[target].neurons];
+        let conv = convolution(p, sizes).map_err(wrong)?;
+        // The same weights onto the same target are stored once.
+        let known = names.iter().zip(&mut projections).find(|(name, known)| {
+            name.w == p.w
+                && known.target == target
+                && populations[known.sources[0]].neurons == sizes[0]
+                && match known.weights {
+                    Mantissas::Dense(_) => conv.is_none(),
+                    Mantissas::Conv(there, _) => conv == Some(there),
+                }
+        });
+        if let Some((_, known)) = known {
+            known.sources.push(source);
+            continue;
+        }
+        let shape = match &conv {
+            None => sizes.map(|n| n as u64).to_vec(),
+            Some(conv) => conv.weights_shape().map(|n| n as u64).to_vec(),
+        };
+        let values = weights_of(file, p, npz.ints(&p.w)?, &shape)?;
+        let weights = match conv {
+            None => Mantissas::Dense(values),
+            Some(conv) => Mantissas::Conv(conv, values),
+        };
+        projections.push(IntegerProjection { sources: vec![source], target, weights });
+        names.push(p);
     }
     Ok(IntegerNet {
         name: form.name,
@@ -153,11 +200,44 @@ fn population(file: &str, form: &PopulationForm) -> Result<IntegerPopulation, Ne
     Ok(IntegerPopulation { name: form.name.clone(), neurons: form.n, threshold_mantissa })
 }
 
-fn dense_weights(
+/// The convolution of a projection between populations of `sizes`, or `None` when it has none.
+///
+/// Errors, in words: another kind, a missing number, shapes that do not go together.
+fn convolution(form: &ProjectionForm, sizes: [usize; 2]) -> Result<Option<Conv2d>, String> {
+    match form.kind.as_str() {
+        "dense" => return Ok(None),
+        "conv2d" => {}
+        kind => return Err(format!("kind {kind} found, dense or conv2d expected")),
+    }
+    let missing = |key: &str| format!("{key} is missing, a conv2d has it");
+    let shape = |name: &str, shape: Option<[usize; 3]>| match shape {
+        Some([channels, height, width]) => Ok(Shape { channels, height, width }),
+        None => Err(missing(name)),
+    };
+    let (input, output) = (shape("in_shape", form.in_shape)?, shape("out_shape", form.out_shape)?);
+    let kernel = form.kernel.ok_or_else(|| missing("kernel"))?;
+    let stride = form.stride.ok_or_else(|| missing("stride"))?;
+    let pad = form.pad.ok_or_else(|| missing("pad"))?;
+    let conv = Conv2d::new(input, output.channels, [kernel, kernel], stride, pad)?;
+    if conv.output() != output {
+        return Err(format!("out_shape {output}, but the convolution gives {}", conv.output()));
+    }
+    let named =
+        [("in_shape", input, &form.src, sizes[0]), ("out_shape", output, &form.dst, sizes[1])];
+    for (key, shape, population, neurons) in named {
+        if shape.neurons() != neurons {
+            let has = shape.neurons();
+            return Err(format!("{key} {shape} is {has} neurons, but {population} has {neurons}"));
+        }
+    }
+    Ok(Some(conv))
+}
+
+fn weights_of(
     file: &str,
     form: &ProjectionForm,
     array: IntArray,
-    shape: [u64; 2],
+    shape: &[u64],
 ) -> Result<Vec<i16>, NetError> {
     let error = |found: String, expected: String| NetError::Tensor {
         file: file.to_owned(),

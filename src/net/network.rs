@@ -1,10 +1,12 @@
 //! A feed-forward spiking network with trained floating-point weights.
 
+use serde::Serialize;
+
 use crate::net::encoder::RateEncoder;
 
 /// A spiking actor: rate-coded inputs, fully connected LIF layers, two output neurons whose rates
 /// are the wheel speeds.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Network {
     /// Name.
     pub name: String,
@@ -21,7 +23,7 @@ pub struct Network {
 
 /// A fully connected layer of leaky integrate-and-fire neurons (EEM-SAN, Algorithm 1):
 /// `c = keep_current c + W s + b`, `v = keep_voltage v (1 - s_prev) + c`, `s = [v > threshold]`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Layer {
     /// Name.
     pub name: String,

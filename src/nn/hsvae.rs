@@ -34,6 +34,9 @@ pub struct HsvaeShape {
     /// Weight of the mean spike rate of the encoder's layers in the loss: 0 in the paper, above 0
     /// makes them sparse.
     pub rate_weight: f32,
+    /// Factor on the encoder's initial weights. 1 is PyTorch's default, with which sparse frames
+    /// die out before the last layer.
+    pub encoder_gain: f32,
 }
 
 impl HsvaeShape {
@@ -47,6 +50,7 @@ impl HsvaeShape {
             threshold: 0.5,
             divergence_weight: 1.0,
             rate_weight: 0.0,
+            encoder_gain: 1.0,
         }
     }
 
@@ -128,6 +132,11 @@ impl Hsvae {
     pub fn initial(&self, streams: &Streams) -> Parameters {
         let mut parameters = Parameters::zeros(&self.layout);
         init::uniform_by_fan_in(&mut parameters, streams);
+        for entry in self.layout.entries().iter().filter(|entry| entry.name.starts_with("encoder."))
+        {
+            let weights = entry.slot.of_mut(&mut parameters.values);
+            weights.iter_mut().for_each(|weight| *weight *= self.shape.encoder_gain);
+        }
         parameters
     }
 

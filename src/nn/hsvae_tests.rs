@@ -11,6 +11,8 @@ fn small() -> HsvaeShape {
         channels: vec![3, 1],
         frames: 2,
         divergence_weight: 0.1,
+        rate_weight: 0.3,
+        encoder_gain: 1.0,
         ..HsvaeShape::eem_san()
     }
 }
@@ -61,7 +63,7 @@ fn gradients_equal_finite_differences() {
     hsvae.encode::<Smooth>(&values, &frames, &mut start);
     let loss = |values: &[f32], gradient: &mut [f32]| {
         let loss = hsvae.loss::<Smooth>(values, gradient, &batch, &mut start.clone());
-        loss.reconstruction + loss.divergence
+        loss.reconstruction + loss.divergence + loss.rate
     };
     let mut gradient = hsvae.layout().zeros();
     loss(&values, &mut gradient);
@@ -129,7 +131,7 @@ fn loss_falls_and_a_saved_run_goes_on_byte_for_byte() {
     let step = |trainer: &mut HsvaeTrainer| {
         let mut state = trainer.layers().rest(4);
         let loss = trainer.update(&batch, &mut state, &Streams::new(1, 0));
-        loss.reconstruction + loss.divergence
+        loss.reconstruction + loss.divergence + loss.rate
     };
     let losses: Vec<f64> = (0..150).map(|_| step(&mut trainer)).collect();
     assert!(losses[149] < 0.7 * losses[0], "loss went from {} to {}", losses[0], losses[149]);

@@ -35,8 +35,8 @@ impl FloatDecision {
         self.branches.iter_mut().chain(&mut self.layers).for_each(FloatLayer::reset);
         let steps = inputs.first().map_or(0, Vec::len);
         for step in 0..steps {
-            for (index, branch) in self.branches.iter_mut().enumerate() {
-                branch.step(&[&inputs[index][step]]);
+            for (index, (branch, input)) in self.branches.iter_mut().zip(inputs).enumerate() {
+                branch.step(&[&input[step]]);
                 decision.add_step(index, &branch.spikes, false);
             }
             let mut spikes: Vec<&[bool]> =
@@ -70,6 +70,11 @@ impl EemSanPolicy {
             network: network.clone(),
             streams: Streams::new(0, 0),
         }
+    }
+
+    /// Whether the network has an encoder of event frames.
+    pub fn takes_frames(&self) -> bool {
+        self.encoder.is_some()
     }
 
     fn spikes(

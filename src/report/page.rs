@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::report::plot::{escape, trajectories};
 use crate::report::results::DriveResult;
-use crate::report::tables::{cost_table, outcome_table};
+use crate::report::tables::{camera_note, cost_table, outcome_table};
 
 /// A page with the tables and trajectories of `results`, which are (file, content).
 pub fn page(results: &[(String, DriveResult)]) -> String {
@@ -13,14 +13,15 @@ pub fn page(results: &[(String, DriveResult)]) -> String {
         let s = &result.settings;
         let _ = write!(
             html,
-            "<h2>{}</h2><p>Arena {}, {} Hz, v_max {} m/s, actuators {}, seed {}, revision {}.</p>",
+            "<h2>{}</h2><p>Arena {}, {} Hz, v_max {} m/s, actuators {}, seed {}, revision {}{}.</p>",
             escape(file),
             escape(&result.arena.name),
             s.control_hz,
             s.v_max_m_per_s,
             escape(&s.actuators),
             result.seed,
-            escape(&result.revision)
+            escape(&result.revision),
+            escape(&camera_note(result))
         );
         let _ = write!(html, "<pre>{}</pre>", escape(&outcome_table(&result.drivers)));
         if let Some(costs) = cost_table(&result.drivers) {

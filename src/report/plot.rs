@@ -12,27 +12,57 @@ const STRIDE_MM: u32 = 120;
 
 /// Picture of every driver of a result, side by side.
 pub fn trajectories(result: &DriveResult) -> String {
-    let [x0, y0, x1, y1] = result.arena.bounds_m;
-    let scale = SIDE_PX / (x1 - x0).max(y1 - y0).max(1e-9);
-    let (width, height) =
-        ((x1 - x0) * scale + 2.0 * MARGIN_PX, (y1 - y0) * scale + 2.0 * MARGIN_PX);
-    let n = result.drivers.len().max(1) as f64;
-    let mut svg = String::new();
-    let _ = write!(
-        svg,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{:.0}" height="{height:.0}" viewBox="0 0 {:.0} {height:.0}" font-family="sans-serif" font-size="13">"#,
-        width * n,
-        width * n
-    );
-    svg.push_str(r#"<rect width="100%" height="100%" fill="white"/>"#);
+    let sheet = Sheet::new(&result.arena);
+    let mut svg = sheet.open(result.drivers.len());
     for (index, driver) in result.drivers.iter().enumerate() {
-        let frame = Frame { scale, x0, y1, left: width * index as f64 };
         let _ = write!(svg, "<g>");
-        frame.panel(&mut svg, result, driver);
+        sheet.frame(index).panel(&mut svg, result, driver);
         let _ = write!(svg, "</g>");
     }
     svg.push_str("</svg>\n");
     svg
+}
+
+/// Picture of an arena; movers are at the start of their tracks, with their speeds (m/s).
+pub fn arena_picture(arena: &ArenaPicture) -> String {
+    let sheet = Sheet::new(arena);
+    let mut svg = sheet.open(1);
+    let frame = sheet.frame(0);
+    frame.arena(&mut svg, arena);
+    frame.speeds(&mut svg, arena);
+    let _ = write!(svg, r#"<text x="{MARGIN_PX}" y="20">{}</text>"#, escape(&arena.caption()));
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Size and scale of a picture.
+struct Sheet {
+    scale: f64,
+    x0: f64,
+    y1: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Sheet {
+    fn new(arena: &ArenaPicture) -> Self {
+        let [x0, y0, x1, y1] = arena.bounds_m;
+        let scale = SIDE_PX / (x1 - x0).max(y1 - y0).max(1e-9);
+        let side = |length_m: f64| length_m * scale + 2.0 * MARGIN_PX;
+        Self { scale, x0, y1, width: side(x1 - x0), height: side(y1 - y0) }
+    }
+
+    fn open(&self, panels: usize) -> String {
+        let (width, height) = (self.width * panels.max(1) as f64, self.height);
+        format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
+        )
+    }
+
+    fn frame(&self, panel: usize) -> Frame {
+        let left = self.width * panel as f64;
+        Frame { scale: self.scale, x0: self.x0, y1: self.y1, left }
+    }
 }
 
 /// Metres to pixels of one panel; y points up in the world and down in the picture.
@@ -126,6 +156,17 @@ impl Frame {
             let _ = write!(
                 svg,
                 r##"<line x1="{ax:.1}" y1="{ay:.1}" x2="{bx:.1}" y2="{by:.1}" stroke="#ff9f1c" stroke-dasharray="5 4"/><circle cx="{ax:.1}" cy="{ay:.1}" r="{r:.1}" fill="#ff9f1c"/>"##
+            );
+        }
+    }
+
+    fn speeds(&self, svg: &mut String, arena: &ArenaPicture) {
+        for [x, y, _, _, radius, speed] in &arena.movers_m {
+            let _ = write!(
+                svg,
+                r#"<text x="{:.1}" y="{:.1}" font-size="11">{speed:.2}</text>"#,
+                self.x(*x) + radius * self.scale + 2.0,
+                self.y(*y) + 4.0
             );
         }
     }

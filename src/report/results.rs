@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::{Outcome, TrialConfig};
-use crate::evaluate::Flown;
+use crate::evaluate::{Driver, Flown};
 use crate::host::ChipUse;
 use crate::world::World;
+use crate::world::dvs::CameraConfig;
 use crate::world::geometry::Shape;
 use crate::world::pairs::Pair;
 
@@ -93,6 +94,26 @@ pub struct Settings {
     pub laser_noise_m: f64,
     /// Whether the action was mixed with 1 % noise.
     pub action_noise: bool,
+    /// The event camera of the drivers that need one ([`DriverResult::camera`]); `None` when none
+    /// does.
+    #[serde(default)]
+    pub camera: Option<CameraSettings>,
+}
+
+/// How an event camera looks at the world.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CameraSettings {
+    /// Horizontal field of view.
+    pub field_of_view_deg: f64,
+    /// Deviation of ln intensity over the surfaces.
+    pub contrast_ln: f64,
+}
+
+impl CameraSettings {
+    /// Settings of `config`.
+    pub fn new(config: &CameraConfig) -> Self {
+        Self { field_of_view_deg: config.field_of_view_deg, contrast_ln: config.contrast }
+    }
 }
 
 impl Settings {
@@ -105,6 +126,7 @@ impl Settings {
             ticks_max: config.ticks_max,
             laser_noise_m: config.laser_noise_m,
             action_noise: config.action_noise,
+            camera: config.camera.as_ref().map(CameraSettings::new),
         }
     }
 }
@@ -163,6 +185,21 @@ impl ArenaPicture {
     }
 }
 
+impl ArenaPicture {
+    /// Name, size, and what stands and moves in it.
+    pub fn caption(&self) -> String {
+        let [x0, y0, x1, y1] = self.bounds_m;
+        let standing = self.polygons_m.len() + self.discs_m.len();
+        let moving = self.movers_m.len();
+        format!(
+            "arena {}: {:.1} x {:.1} m, {standing} obstacles, {moving} movers",
+            self.name,
+            x1 - x0,
+            y1 - y0
+        )
+    }
+}
+
 /// Pairs in whole millimetres and milliradians.
 pub fn pairs_mm(pairs: &[Pair]) -> Vec<[i32; 5]> {
     let milli = |value: f64| (value * 1000.0).round() as i32;
@@ -182,6 +219,9 @@ pub struct DriverResult {
     pub seed: u64,
     /// SHA-256 of the core map, for a chip.
     pub map_digest: Option<String>,
+    /// Whether it flew with an event camera.
+    #[serde(default)]
+    pub camera: bool,
     /// Totals and means.
     pub summary: Summary,
     /// Decisions per second of wall-clock time, the world included; differs from run to run.
@@ -291,17 +331,11 @@ pub struct Summary {
 }
 
 impl DriverResult {
-    /// Sums up `flown`; `chip` is the chip's description when one drove.
-    pub fn new(
-        label: &str,
-        seed: u64,
-        chip: Option<(&ChipSpec, String)>,
-        flown: &[Flown],
-        wall_s: f64,
-    ) -> Self {
-        let spec = chip.as_ref().map(|(spec, _)| *spec);
+    /// Sums up what `driver` flew.
+    pub fn new(driver: &Driver, seed: u64, flown: &[Flown], wall_s: f64) -> Self {
+        let map = driver.deployment().map(|deployment| &deployment.map);
         let price = |used: &Option<ChipUse>| {
-            used.as_ref().zip(spec).map(|(u, spec)| ChipResult::new(u, spec))
+            used.as_ref().zip(map).map(|(used, map)| ChipResult::new(used, map.chip()))
         };
         let mut used: Option<ChipUse> = None;
         flown
@@ -310,9 +344,10 @@ impl DriverResult {
             .for_each(|one| *used.get_or_insert_default() += one);
         let summary = Summary::new(flown, price(&used));
         Self {
-            label: label.to_owned(),
+            label: driver.label.clone(),
             seed,
-            map_digest: chip.map(|(_, digest)| digest),
+            map_digest: map.and(driver.digest.clone()),
+            camera: driver.needs_camera(),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
             summary,
             trials: flown.iter().map(|f| TrialResult::new(f, price(&f.chip))).collect(),

@@ -2,7 +2,7 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use crate::report::results::{ChipResult, DriverResult};
+use crate::report::results::{ChipResult, DriveResult, DriverResult};
 
 /// How it went: one row per driver and seed.
 pub fn outcome_table(drivers: &[DriverResult]) -> String {
@@ -32,6 +32,17 @@ pub fn outcome_table(drivers: &[DriverResult]) -> String {
         ]);
     }
     table.to_string()
+}
+
+/// `, event camera on for NAME, NAME`; empty when no driver flew with one.
+pub fn camera_note(result: &DriveResult) -> String {
+    let mut labels: Vec<&str> =
+        result.drivers.iter().filter(|d| d.camera).map(|d| d.label.as_str()).collect();
+    labels.dedup();
+    if labels.is_empty() {
+        return String::new();
+    }
+    format!(", event camera on for {}", labels.join(", "))
 }
 
 /// What a decision costs on the chip: one row per driver, seed and cost table. Empty when no chip
@@ -115,7 +126,7 @@ pub fn micro(fj: u64, decisions: f64) -> String {
 }
 
 /// Columns of text beside the first one.
-const TEXT_COLUMNS: [&str; 2] = ["holds", "cost table"];
+const TEXT_COLUMNS: [&str; 3] = ["holds", "cost table", "network"];
 
 /// A table without frills, numbers to the right.
 pub fn plain(header: &[&str]) -> Table {

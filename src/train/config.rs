@@ -87,8 +87,13 @@ pub struct HsvaeConfig {
     pub divergence_weight: f32,
     /// Weight of the mean spike rate.
     pub rate_weight: f32,
+    /// Factor on the encoder's initial weights.
+    pub encoder_gain: f32,
     /// Share of noise in the action that drives.
     pub exploration: f64,
+    /// What the decoder is to show: 1 for the last frame of a tick (the paper), more for the mean
+    /// of the tick's frames, blurred over squares of so many pixels.
+    pub blur_px: usize,
     /// Control ticks of a stretch that gradients go back through.
     pub stretch_ticks: usize,
 }
@@ -200,7 +205,9 @@ impl HsvaeConfig {
         range(file, "learning_rate", f64::from(config.learning_rate), 0.0, 1.0)?;
         range(file, "divergence_weight", f64::from(config.divergence_weight), 0.0, 1e3)?;
         range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
+        range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
         range(file, "exploration", config.exploration, 0.0, 1.0)?;
+        range(file, "blur_px", config.blur_px as f64, 1.0, 31.0)?;
         range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
         Ok(config)
     }
@@ -217,6 +224,7 @@ impl HsvaeConfig {
         HsvaeShape {
             divergence_weight: self.divergence_weight,
             rate_weight: self.rate_weight,
+            encoder_gain: self.encoder_gain,
             ..HsvaeShape::eem_san()
         }
     }

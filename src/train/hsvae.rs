@@ -9,7 +9,7 @@ use crate::nn::adam::AdamSettings;
 use crate::nn::hsvae::{HsvaeLoss, HsvaeSettings, HsvaeTrainer, Sequences};
 use crate::nn::shards::Shards;
 use crate::nn::{Rectangular, StateError, StateReader, StateWriter};
-use crate::policy::{Action, EventFrame, FRAME_PIXELS};
+use crate::policy::{Action, EventFrame, FRAME_COLUMNS, FRAME_PIXELS};
 use crate::rng::{Streams, stream};
 use crate::train::config::{HsvaeConfig, TrainConfigError};
 use crate::train::flight::{Ends, Flight};
@@ -45,21 +45,30 @@ struct Latent {
 struct Seen {
     /// [ticks * frames, samples, pixels].
     frames: Vec<f32>,
-    /// The last frame of every tick, [ticks, samples, pixels].
+    /// What to show after every tick, [ticks, samples, pixels].
     targets: Vec<f32>,
     /// Samples whose flight ended.
     ended: Vec<usize>,
 }
 
+/// Mean squared errors per pixel.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Errors {
+    /// Of the reconstruction from `mu`.
+    pub reconstruction: f64,
+    /// Of always saying the mean picture of these flights.
+    pub mean: f64,
+    /// Of repeating the picture before.
+    pub previous: f64,
+}
+
 /// What a measurement on fresh flights found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HsvaeReport {
-    /// Mean squared error per pixel of the reconstruction from `mu`.
-    pub reconstruction: f64,
-    /// That of always saying the mean frame of these flights.
-    pub mean_frame: f64,
-    /// That of repeating the frame before.
-    pub previous_frame: f64,
+    /// Against what the decoder was trained to show.
+    pub targets: Errors,
+    /// Against the last frame of every tick.
+    pub frames_last: Errors,
     /// Spikes per neuron and frame of each encoder layer.
     pub rates: Vec<f64>,
     /// Frames measured.
@@ -141,13 +150,19 @@ impl HsvaeTraining {
         let (samples, frames_per_tick) = (flights.len(), layers.shape().frames);
         let mut state = layers.rest(samples);
         let mut sums = Sums::new(layers.shape().latent());
+        let step = samples * FRAME_PIXELS;
+        let mut target_before: Option<Vec<f32>> = None;
         for tick in 0..ticks {
             let seen = self.fly(&mut flights, tick, 1);
             let values = &self.trainer.parameters.values;
             let trace = layers.encode::<Rectangular>(values, &seen.frames, &mut state);
             let made = layers.decode(values, &trace.mean);
-            let before = &seen.frames[(frames_per_tick - 2) * samples * FRAME_PIXELS..];
-            sums.add(&made, &seen.targets, before, &trace.mean, &trace.rates());
+            let last = (frames_per_tick - 1) * step;
+            if let Some(before) = target_before.replace(seen.targets.clone()) {
+                sums.targets.add(&made, &seen.targets, &before);
+                sums.frames.add(&made, &seen.frames[last..], &seen.frames[last - step..last]);
+            }
+            sums.add(&trace.mean, &trace.rates());
             seen.ended.iter().for_each(|sample| state.clear(*sample, samples));
         }
         let (report, latent) = sums.finish();
@@ -197,11 +212,29 @@ impl HsvaeTraining {
                     fill(frame, &mut frames[row * FRAME_PIXELS..(row + 1) * FRAME_PIXELS]);
                 }
             }
-            let last = (tick * per_tick + per_tick - 1) * samples * FRAME_PIXELS;
-            targets.extend_from_slice(&frames[last..last + samples * FRAME_PIXELS]);
+            let first = tick * per_tick * samples * FRAME_PIXELS;
+            let seen = &frames[first..first + per_tick * samples * FRAME_PIXELS];
+            targets.extend(self.targets(seen, samples));
         }
         let ended = (0..samples).filter(|sample| flights[*sample].number() != before[*sample]);
         Seen { ended: ended.collect(), frames, targets }
+    }
+
+    /// What the decoder should show after a tick, [samples, pixels]: the last frame, or the mean
+    /// of the tick's frames, blurred.
+    fn targets(&self, frames: &[f32], samples: usize) -> Vec<f32> {
+        let step = samples * FRAME_PIXELS;
+        let width = self.config.blur_px;
+        if width <= 1 {
+            return frames[frames.len() - step..].to_vec();
+        }
+        let mut mean = vec![0.0f32; step];
+        let share = step as f32 / frames.len() as f32;
+        for frame in frames.chunks_exact(step) {
+            mean.iter_mut().zip(frame).for_each(|(sum, pixel)| *sum += share * pixel);
+        }
+        mean.chunks_exact_mut(FRAME_PIXELS).for_each(|image| blur(image, width));
+        mean
     }
 
     /// Adds everything that the next round depends on.
@@ -246,49 +279,95 @@ fn explore(flight: &mut Flight<'_>, tick: u64, exploration: f64) {
     flight.drive(Action { left: mix(planned.left), right: mix(planned.right) });
 }
 
+/// Means over squares of `width` pixels, first along rows, then along columns; outside is dark.
+fn blur(image: &mut [f32], width: usize) {
+    let side = FRAME_COLUMNS;
+    let reach = width / 2;
+    for stride in [1, side] {
+        for line in 0..side {
+            let first = if stride == 1 { line * side } else { line };
+            let old: Vec<f32> = (0..side).map(|n| image[first + n * stride]).collect();
+            for n in 0..side {
+                let near = &old[n.saturating_sub(reach)..(n + reach + 1).min(side)];
+                image[first + n * stride] = near.iter().sum::<f32>() / (2 * reach + 1) as f32;
+            }
+        }
+    }
+}
+
 fn fill(frame: &EventFrame, pixels: &mut [f32]) {
     frame.active().for_each(|pixel| pixels[pixel] = 1.0);
 }
 
-/// Sums over a measurement.
-struct Sums {
+/// Sums of squared errors.
+struct ErrorSums {
     made: f64,
     before: f64,
-    pixel: Vec<f64>,
+    pixel: Vec<[f64; 2]>,
+    pictures: usize,
+}
+
+impl ErrorSums {
+    fn new() -> Self {
+        Self { made: 0.0, before: 0.0, pixel: vec![[0.0; 2]; FRAME_PIXELS], pictures: 0 }
+    }
+
+    fn add(&mut self, made: &[f32], wanted: &[f32], before: &[f32]) {
+        let square = |a: &[f32], b: &[f32]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum()
+        };
+        self.made += square(made, wanted);
+        self.before += square(before, wanted);
+        for picture in wanted.chunks_exact(FRAME_PIXELS) {
+            for ([sum, squares], pixel) in self.pixel.iter_mut().zip(picture) {
+                *sum += f64::from(*pixel);
+                *squares += f64::from(pixel * pixel);
+            }
+            self.pictures += 1;
+        }
+    }
+
+    fn finish(&self) -> Errors {
+        let n = self.pictures.max(1) as f64;
+        let pixels = n * FRAME_PIXELS as f64;
+        let variance = |[sum, squares]: &[f64; 2]| squares / n - (sum / n) * (sum / n);
+        Errors {
+            reconstruction: self.made / pixels,
+            mean: self.pixel.iter().map(variance).sum::<f64>() / FRAME_PIXELS as f64,
+            previous: self.before / pixels,
+        }
+    }
+}
+
+/// Sums over a measurement.
+struct Sums {
+    targets: ErrorSums,
+    frames: ErrorSums,
     latent: Vec<[f64; 2]>,
+    latents: usize,
     rates: Vec<f64>,
-    targets: usize,
     ticks: usize,
 }
 
 impl Sums {
     fn new(latent: usize) -> Self {
         Self {
-            made: 0.0,
-            before: 0.0,
-            pixel: vec![0.0; FRAME_PIXELS],
+            targets: ErrorSums::new(),
+            frames: ErrorSums::new(),
             latent: vec![[0.0; 2]; latent],
+            latents: 0,
             rates: Vec::new(),
-            targets: 0,
             ticks: 0,
         }
     }
 
-    fn add(&mut self, made: &[f32], targets: &[f32], before: &[f32], mean: &[f32], rates: &[f64]) {
-        let square = |a: &[f32], b: &[f32]| -> f64 {
-            a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum()
-        };
-        self.made += square(made, targets);
-        self.before += square(before, targets);
-        for frame in targets.chunks_exact(FRAME_PIXELS) {
-            self.pixel.iter_mut().zip(frame).for_each(|(sum, pixel)| *sum += f64::from(*pixel));
-            self.targets += 1;
-        }
+    fn add(&mut self, mean: &[f32], rates: &[f64]) {
         for row in mean.chunks_exact(self.latent.len()) {
             for ([sum, squares], value) in self.latent.iter_mut().zip(row) {
                 *sum += f64::from(*value);
                 *squares += f64::from(value * value);
             }
+            self.latents += 1;
         }
         self.rates.resize(rates.len(), 0.0);
         self.rates.iter_mut().zip(rates).for_each(|(sum, rate)| *sum += rate);
@@ -296,10 +375,7 @@ impl Sums {
     }
 
     fn finish(self) -> (HsvaeReport, Latent) {
-        let n = self.targets.max(1) as f64;
-        let pixels = n * FRAME_PIXELS as f64;
-        // A pixel that is on with rate p is missed by p (1 - p) when p is always said.
-        let mean_frame = self.pixel.iter().map(|sum| (sum / n) * (1.0 - sum / n)).sum::<f64>();
+        let n = self.latents.max(1) as f64;
         let mean: Vec<f64> = self.latent.iter().map(|[sum, _]| sum / n).collect();
         let deviation = self.latent.iter().zip(&mean).map(|([_, squares], mean)| {
             (squares / n - mean * mean).max(0.0).sqrt().max(1e-3) as f32
@@ -309,11 +385,10 @@ impl Sums {
             mean: mean.iter().map(|mean| *mean as f32).collect(),
         };
         let report = HsvaeReport {
-            reconstruction: self.made / pixels,
-            mean_frame: mean_frame / FRAME_PIXELS as f64,
-            previous_frame: self.before / pixels,
+            targets: self.targets.finish(),
+            frames_last: self.frames.finish(),
             rates: self.rates.iter().map(|sum| sum / self.ticks.max(1) as f64).collect(),
-            frames: self.targets,
+            frames: self.frames.pictures,
         };
         (report, latent)
     }

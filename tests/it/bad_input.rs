@@ -15,7 +15,7 @@ const ERROR_LINES_MAX: usize = 6;
 
 /// Runs `line`, which must fail with an error that holds every part of `parts` and leave the
 /// folder as it is, old outputs included.
-fn refused(folder: &Folder, line: &str, parts: &[&str]) -> Ran {
+pub(crate) fn refused(folder: &Folder, line: &str, parts: &[&str]) -> Ran {
     let outputs = ["out.map", "out.json", "out.npz", "out.svg", "out.html"];
     for name in outputs {
         folder.write(name, OLD);
@@ -481,6 +481,9 @@ fn settings_out_of_range_are_refused() {
         ("run reflex.map --spikes in.npz --threads 0", "0 is not in 1..=256"),
         ("run reflex.map --spikes in.npz --engine sparse", "possible values: event, dense"),
         ("inspect reflex.map --json --dump", "cannot be used with"),
+        ("inspect reflex.map --json --picture p.svg", "cannot be used with"),
+        ("inspect reflex.map --picture reflex.map", "reflex.map: is an input or another output"),
+        ("inspect reflex.map --picture no/p.svg", "no/p.svg: "),
     ];
     for (line, part) in cases {
         let json = if line.starts_with("drive ") { "--json out.json" } else { "" };
@@ -598,7 +601,7 @@ const INTEGERS: &str = r#"{"name": "n", "delta_u": 2048, "delta_v": 1024,
     "projections": [{"name": "p", "src": "in", "dst": "out", "kind": "dense", "w": "W"}]}"#;
 
 /// An npz file with `W` of shape [2, 1].
-fn integer_weights(values: [i64; 2]) -> Vec<u8> {
+pub(crate) fn integer_weights(values: [i64; 2]) -> Vec<u8> {
     use std::io::Write;
     let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
@@ -617,7 +620,7 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
         ("\"src\": \"in\"", "\"src\": \"nobody\"", "n.json: no population is called nobody"),
         ("\"dst\": \"out\"", "\"dst\": \"in\"", "projection p: in is an input, it has no synapses"),
         ("\"w\": \"W\"", "\"w\": \"V\"", "n.npz: array V: is not there (there is: W)"),
-        ("\"dense\"", "\"dance\"", "projection p: kind dance found, dense expected"),
+        ("\"dense\"", "\"dance\"", "projection p: kind dance found, dense or conv2d expected"),
         ("\"lif\"", "\"liv\"", "population out: kind liv found, input or lif expected"),
         ("\"n\": 2", "\"n\": 3", "tensor W: shape [2, 1] found, shape [3, 1] expected"),
         ("\"n\": 2", "\"n\": 0", "population in: n = 0, must be 1..=1048576"),
@@ -652,6 +655,52 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
         &format!("drive n.map {DRIVE}"),
         &["without encoder and decoder cannot drive"],
     );
+}
+
+const CONVOLUTION: &str = r#"{"name": "n", "delta_u": 2048, "delta_v": 1024,
+    "populations": [{"name": "in", "n": 2, "kind": "input"},
+                    {"name": "out", "n": 2, "kind": "lif", "vth_mant": 10}],
+    "projections": [{"name": "p", "src": "in", "dst": "out", "kind": "conv2d", "w": "W",
+                     "in_shape": [1, 2, 1], "out_shape": [2, 1, 1],
+                     "kernel": 1, "stride": 2, "pad": 0}]}"#;
+
+#[test]
+fn convolutions_whose_parts_do_not_go_together_are_refused() {
+    let folder = Folder::new();
+    folder.write("n.npz", integer_weights([2, -256]));
+    folder.write("n.json", CONVOLUTION);
+    let shape = "tensor W: shape [2, 1] found, shape [2, 1, 1, 1] expected";
+    refused(&folder, "compile n.json -o out.map", &[shape]);
+    let cases = [
+        ("\"conv2d\"", "\"conv1d\"", "projection p: kind conv1d found, dense or conv2d expected"),
+        ("\"in_shape\": [1, 2, 1], ", "", "projection p: in_shape is missing, a conv2d has it"),
+        ("\"stride\": 2, ", "", "projection p: stride is missing"),
+        (", \"pad\": 0", "", "projection p: pad is missing"),
+        ("\"kernel\": 1", "\"kernel\": 0", "projection p: a size is 0, must be 1..=16777216"),
+        ("\"kernel\": 1", "\"kernel\": 3", "kernel 3 is larger than 2 pixels with pad 0"),
+        ("\"pad\": 0", "\"pad\": 1", "pad = 1, must be below the kernel of [1, 1]"),
+        ("\"stride\": 2", "\"stride\": 1", "out_shape 2x1x1, but the convolution gives 2x2x1"),
+        ("[1, 2, 1]", "[1, 2, 2]", "in_shape 1x2x2 is 4 neurons, but in has 2"),
+        (
+            "\"n\": 2, \"kind\": \"input\"",
+            "\"n\": 3, \"kind\": \"input\"",
+            "in_shape 1x2x1 is 2 neurons, but in has 3",
+        ),
+        (
+            "\"n\": 2, \"kind\": \"lif\"",
+            "\"n\": 3, \"kind\": \"lif\"",
+            "out_shape 2x1x1 is 2 neurons, but out has 3",
+        ),
+        ("[2, 1, 1]", "[18446744073709551615, 1, 1]", "must be 1..=16777216"),
+        ("[2, 1, 1]", "[16777216, 1, 1]", "out_shape 16777216x1x1 is"),
+        ("\"dst\": \"out\"", "\"dst\": \"in\"", "projection p: in is an input"),
+    ];
+    for (from, to, part) in cases {
+        let text = CONVOLUTION.replacen(from, to, 1);
+        assert_ne!(text, CONVOLUTION, "{from}");
+        folder.write("n.json", text);
+        refused(&folder, "compile n.json -o out.map", &[part]);
+    }
 }
 
 #[test]

@@ -195,6 +195,41 @@ fn inspect_shows_used_and_limit_of_every_core() {
 }
 
 #[test]
+fn inspect_draws_the_chip_with_every_core() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    let ran = folder.good("inspect reflex.map --picture chip.svg");
+    assert!(ran.out.ends_with("wrote chip.svg\n"), "{}", ran.out);
+    let svg = String::from_utf8(folder.read("chip.svg")).unwrap();
+    assert!(svg.starts_with("<svg ") && svg.contains("reflex on loihi1: 2 of 128 cores"), "{svg}");
+    assert_eq!(svg.matches("<title>").count(), 2 * 128);
+}
+
+#[test]
+fn a_convolutional_network_goes_through_files_and_gives_the_golden_spikes() {
+    let Some(net) = shared("nets/conv.json") else { return };
+    let folder = Folder::new();
+    folder.good(&format!("compile {} -o conv.map", net.display()));
+    let spikes = net.with_extension("npz").display().to_string();
+    let ran = folder.good(&format!("run conv.map --spikes {spikes} --steps 100 --threads 2"));
+    let golden = json(&net.with_file_name("golden_conv.json"));
+    for (name, digest) in golden["sha256_of_t_then_i_as_le_int32"].as_object().unwrap() {
+        let row = ran.out.lines().find(|line| line.starts_with(&format!("| {name} ")));
+        let row = row.expect("every layer has a row");
+        assert!(row.contains(digest.as_str().unwrap()), "{row}");
+    }
+    let about = folder.good("inspect conv.map").out;
+    let layer = "| c2    |   32768 |  64-95 |         1935360 |        275520 |    87360 |";
+    assert!(about.contains(layer), "{about}");
+    let about: Value = serde_json::from_str(&folder.good("inspect conv.map --json").out).unwrap();
+    assert_eq!(about["populations"][0]["cores"], 64);
+    let dump = folder.good("inspect conv.map --dump").out;
+    assert!(dump.contains("\npopulation c1 core=001 cx=0000..0113/16\n"));
+    let parts = CoreMapParts::from_text("dump", &dump, ChipSpec::loihi1()).unwrap();
+    assert_eq!(CoreMap::new(parts).unwrap().digest(), digest_of(&folder, "conv.map"));
+}
+
+#[test]
 fn inspect_json_holds_the_program_and_the_use_of_every_core() {
     let folder = Folder::new();
     reflex_map(&folder);
@@ -364,7 +399,7 @@ fn drive_takes_the_first_pairs_of_a_file() {
 }
 
 /// Panics unless `text` is one element with properly nested elements and quoted attributes.
-fn assert_well_formed(text: &str) {
+pub(crate) fn assert_well_formed(text: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut roots = 0;
     for part in text.trim().split('<').skip(1) {
@@ -467,7 +502,7 @@ fn completions_name_every_verb_in_each_shell() {
     let folder = Folder::new();
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = folder.good(&format!("completions {shell}")).out;
-        for verb in ["compile", "inspect", "run", "drive", "demo", "report", "trace"] {
+        for verb in ["compile", "inspect", "run", "drive", "evaluate", "report", "trace"] {
             assert!(script.contains(verb), "{shell}: {verb}");
         }
     }
@@ -490,7 +525,20 @@ fn demo_compiles_drives_and_reports() {
 fn help_and_version_are_no_errors() {
     let folder = Folder::new();
     assert!(folder.good("--version").out.starts_with("spikeloop "));
-    for verb in ["compile", "inspect", "run", "drive", "demo", "report", "trace", "completions"] {
+    for verb in [
+        "compile",
+        "inspect",
+        "run",
+        "drive",
+        "evaluate",
+        "arena",
+        "thresholds",
+        "camera",
+        "demo",
+        "report",
+        "trace",
+        "completions",
+    ] {
         assert!(folder.good(&format!("{verb} --help")).out.contains("Usage: spikeloop"), "{verb}");
     }
 }

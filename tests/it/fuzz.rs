@@ -182,7 +182,7 @@ fn the_samples_themselves_are_good() {
     assert!(description::from_memory("x", DESCRIPTION, "x", &tensors()).is_ok());
     let mut npz = Npz::from_bytes("x", archive("W", &array())).unwrap();
     assert_eq!(
-        integer::from_parts("x", INTEGERS, &mut npz).unwrap().projections[0].weights,
+        integer::from_parts("x", INTEGERS, &mut npz).unwrap().projections[0].weights.values(),
         [2, 4]
     );
     assert!(DriveResult::from_json("x", &text(&drive_result())).is_ok());

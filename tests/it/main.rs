@@ -3,6 +3,9 @@
 mod bad_input;
 mod cli;
 mod closed_loop;
+mod conv;
+mod eem_san;
+mod evaluate;
 mod fixtures;
 mod fuzz;
 mod golden;

@@ -112,15 +112,8 @@ impl CoreCheck<'_> {
             .core
             .groups
             .iter()
-            .map(|g| {
-                (
-                    g.decay_current,
-                    g.decay_voltage,
-                    g.bias_mantissa,
-                    g.bias_exponent,
-                    g.refractory_steps,
-                )
-            })
+            // Biases lie in registers of each compartment's own (NxSDK `cxCfg`), not in these.
+            .map(|g| (g.decay_current, g.decay_voltage, g.refractory_steps))
             .collect();
         self.limit(
             "compartment configurations",

@@ -12,15 +12,16 @@
 //! core 000 axon_in 0005 list=0 base=0
 //! core 000 axon_out cx=0001 -> core 003 axon 0017
 //! population fc1 core=000 cx=0000..0128
+//! population conv1 core=001 cx=0000..0097/16
 //! port in lines=24
 //! port in line 3 -> core 000 axon 0003
 //! ```
-//! Ranges leave out their end. A `;` starts a comment. A core is opened by its `label` line (the
+//! Ranges leave out their end; `0..97/16` is every 16th of them: 0, 16, ..., 96. A `;` starts a comment. A core is opened by its `label` line (the
 //! label may be left out), a port by its `lines`. What is numbered stands in order.
 
 use std::fmt::Write;
 
-use super::{Core, CoreMap, CoreMapParts, HostPort, Population};
+use super::{Core, CoreMap, CoreMapParts, HostPort, Population, Slice};
 use crate::error::TextError;
 use crate::spec::ChipSpec;
 use crate::synapse::{SynapseEntry, SynapseForm};
@@ -138,11 +139,40 @@ fn write_population(text: &mut String, population: &Population) -> std::fmt::Res
     if population.slices.is_empty() {
         writeln!(text, "population {name} empty")?;
     }
-    population.slices.iter().try_for_each(|slice| {
+    let mut rest = &population.slices[..];
+    while let Some(slice) = rest.first() {
         let (core, first) = (slice.core.0, u32::from(slice.first.0));
-        let end = first + u32::from(slice.len);
-        writeln!(text, "population {name} core={core:03} cx={first:04}..{end:04}")
-    })
+        let (n, step) = even_steps(rest);
+        let end = first + (n as u32 - 1) * step + u32::from(slice.len);
+        write!(text, "population {name} core={core:03} cx={first:04}..{end:04}")?;
+        if n > 1 {
+            write!(text, "/{step}")?;
+        }
+        writeln!(text)?;
+        rest = &rest[n..];
+    }
+    Ok(())
+}
+
+/// Fewest single compartments in a row that are written as one range with a step.
+const STEPS_MIN: usize = 3;
+
+/// How many of the first slices are single compartments of one core at equal distances of 2 or
+/// more, and that distance; 1 where too few are.
+fn even_steps(slices: &[Slice]) -> (usize, u32) {
+    let [a, b, ..] = slices else { return (1, 1) };
+    let Some(step) = b.first.0.checked_sub(a.first.0).filter(|step| *step > 1) else {
+        return (1, 1);
+    };
+    let follows = |pair: &&[Slice]| {
+        let (a, b) = (pair[0], pair[1]);
+        a.core == b.core
+            && a.len == 1
+            && b.len == 1
+            && a.first.0.checked_add(step) == Some(b.first.0)
+    };
+    let n = 1 + slices.windows(2).take_while(follows).count();
+    if n < STEPS_MIN { (1, 1) } else { (n, u32::from(step)) }
 }
 
 fn write_port(text: &mut String, port: &HostPort) -> std::fmt::Result {

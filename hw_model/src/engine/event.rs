@@ -24,7 +24,8 @@ pub struct EventEngine {
     map: Arc<CoreMap>,
     plan: Arc<Plan>,
     widths: Widths,
-    threads: usize,
+    /// Cores of each thread.
+    shares: Vec<usize>,
     cores: Vec<CoreRun>,
     spikes: [SpikeSets; 2],
     chip_counts: OpCounts,
@@ -87,7 +88,7 @@ impl EventEngine {
         let barriers_ps = barriers_ps(&map);
         Self {
             widths: Widths::new(&map.chip().arithmetic),
-            threads: threads.clamp(1, map.cores().len().max(1)),
+            shares: plan.shares(threads),
             cores: plan.cores.iter().map(core).collect(),
             spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
             chip_counts: OpCounts::default(),
@@ -106,7 +107,7 @@ impl EventEngine {
             map: Arc::clone(&self.map),
             plan: Arc::clone(&self.plan),
             widths: self.widths,
-            threads: self.threads,
+            shares: self.shares.clone(),
             cores,
             spikes: [
                 SpikeSets::new(&self.plan.source_sizes),
@@ -234,6 +235,18 @@ impl CoreRun {
                     *sum += i32::from(*weight);
                 }
             }
+            RowShape::Runs { runs_at, n_runs } => {
+                let mut weights = weights;
+                for (first, len) in &plan.runs[runs_at as usize..][..n_runs as usize] {
+                    let start = usize::from(base) + usize::from(*first);
+                    let (run, rest) = weights.split_at(usize::from(*len));
+                    let accumulators = &mut self.accumulators[start..][..run.len()];
+                    for (sum, weight) in accumulators.iter_mut().zip(run) {
+                        *sum += i32::from(*weight);
+                    }
+                    weights = rest;
+                }
+            }
             RowShape::Sparse { targets_at } => {
                 let targets = &plan.targets[targets_at as usize..][..weights.len()];
                 for (target, weight) in targets.iter().zip(weights) {
@@ -267,6 +280,7 @@ impl CoreRun {
         for block in &plan.blocks {
             let range = block.start..block.start + block.len;
             let lanes = Lanes {
+                bias: &plan.biases[range.clone()],
                 accumulators: &mut self.accumulators[range.clone()],
                 current: &mut self.current[range.clone()],
                 voltage: &mut self.voltage[range.clone()],
@@ -332,8 +346,7 @@ impl Engine for EventEngine {
     }
 
     fn run(&mut self, stimulus: &Stimulus, record: &mut SpikeRecord) {
-        let per_thread = self.cores.len().div_ceil(self.threads).max(1);
-        let workers = self.cores.len().div_ceil(per_thread).max(1);
+        let workers = self.shares.len();
         let run = Run {
             plan: &self.plan,
             tables: &self.map.chip().cost_tables,
@@ -350,15 +363,14 @@ impl Engine for EventEngine {
         } else {
             let record: &SpikeRecord = record;
             crossbeam::thread::scope(|scope| {
-                let handles: Vec<_> = self
-                    .cores
-                    .chunks_mut(per_thread)
-                    .enumerate()
-                    .map(|(worker, cores)| {
-                        let (run, first) = (&run, worker * per_thread);
-                        scope.spawn(move |_| run.work(first, cores, record))
-                    })
-                    .collect();
+                let (mut rest, mut next) = (&mut self.cores[..], 0);
+                let mut handles = Vec::with_capacity(workers);
+                for len in &self.shares {
+                    let (cores, others) = rest.split_at_mut(*len);
+                    let (run, first) = (&run, next);
+                    handles.push(scope.spawn(move |_| run.work(first, cores, record)));
+                    (rest, next) = (others, next + len);
+                }
                 shares.extend(handles.into_iter().map(|h| h.join().expect("no worker panics")));
             })
             .expect("no worker panics");

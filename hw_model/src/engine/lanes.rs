@@ -27,6 +27,8 @@ pub(super) struct BlockCounts {
 /// State of some compartments, each slice of one length of at most [`BLOCK`].
 #[derive(Debug)]
 pub(super) struct Lanes<'a> {
+    /// Bias of each compartment; that of the parameters is not looked at.
+    pub(super) bias: &'a [i32],
     /// Summed weights in units of 64; left at zero.
     pub(super) accumulators: &'a mut [i32],
     pub(super) current: &'a mut [i32],
@@ -50,7 +52,8 @@ pub(super) fn update_block(
     lanes: Lanes<'_>,
     counts: &mut BlockCounts,
 ) -> u64 {
-    if fast && params.refractory_steps == 1 && params.bias.unsigned_abs() < 1 << BITS_MAX {
+    // A bias has at most 15 + 8 bits, whatever the chip.
+    if fast && params.refractory_steps == 1 {
         update_fast(params, widths, lanes, counts)
     } else {
         update_each(params, widths, lanes, counts)
@@ -66,24 +69,24 @@ fn update_fast(
 ) -> u64 {
     let n = lanes.accumulators.len();
     let (current, voltage) = (&mut lanes.current[..n], &mut lanes.voltage[..n]);
+    let bias = &lanes.bias[..n];
     let mut spiked = [0u8; BLOCK];
     let spiked = &mut spiked[..n];
     // Units of 64 have six bits less; wrapping drops the same upper bits.
     let unused = 31 + 6 - widths.accumulator_bits;
     let limit = (1i32 << widths.voltage_bits) - 1;
-    let quiet_bias = u32::from(params.bias == 0);
     let mut alive = 0i32;
     let (mut idle, mut q_over, mut u_over, mut bias_over, mut clips) =
         (0u32, 0u32, 0u32, 0u32, 0u32);
     for i in 0..n {
         let sum = std::mem::take(&mut lanes.accumulators[i]);
-        idle += u32::from((sum | current[i] | voltage[i]) == 0) & quiet_bias;
+        idle += u32::from((sum | current[i] | voltage[i] | bias[i]) == 0);
         let wrapped = (sum << unused) >> unused;
         q_over += u32::from(wrapped != sum);
         let u = decay_toward_zero(current[i], params.current_keep) + wrapped * 64;
         let stored = narrow(u, widths.current_bits, widths.current_overflow);
         u_over += u32::from(stored != u);
-        let drive = stored + params.bias;
+        let drive = stored + bias[i];
         let driven = narrow(drive, widths.current_bits, widths.current_plus_bias_overflow);
         bias_over += u32::from(driven != drive);
         let v = decay_toward_zero(voltage[i], params.voltage_keep) + driven;
@@ -93,14 +96,14 @@ fn update_fast(
         spiked[i] = u8::from(spike);
         current[i] = stored;
         voltage[i] = if spike { 0 } else { clipped };
-        alive |= current[i] | voltage[i];
+        alive |= current[i] | voltage[i] | bias[i];
     }
     counts.inactive += idle;
     counts.accumulator_overflows += q_over;
     counts.current_overflows += u_over;
     counts.bias_sum_overflows += bias_over;
     counts.voltage_clips += clips;
-    counts.awake |= alive != 0 || params.bias != 0;
+    counts.awake |= alive != 0;
     spiked.iter().enumerate().fold(0, |bits, (i, spike)| bits | u64::from(*spike) << i)
 }
 
@@ -130,7 +133,8 @@ fn update_each(
             voltage: lanes.voltage[i],
             refractory_left: lanes.refractory[i],
         };
-        let done = update(params, widths, before, input);
+        let params = CompartmentParams { bias: lanes.bias[i], ..*params };
+        let done = update(&params, widths, before, input);
         lanes.current[i] = done.state.current;
         lanes.voltage[i] = done.state.voltage;
         lanes.refractory[i] = done.state.refractory_left;

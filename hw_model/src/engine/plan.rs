@@ -4,11 +4,13 @@
 use super::dense::shared_lists;
 use super::lanes::BLOCK;
 use crate::compartment::CompartmentParams;
-use crate::core_map::{Core, CoreMap};
+use crate::core_map::{CompartmentGroup, Core, CoreMap};
 use crate::synapse::SynapseForm;
 
-/// A list is run as one dense row when at least this share (1 / n) of its span is used.
+/// A list is run as dense rows when at least this share (1 / n) of their length is used.
 const DENSE_SPAN_PER_SYNAPSE: usize = 4;
+/// What it takes to begin a run, in weights.
+const RUN_COST: usize = 16;
 
 /// Immutable part of an event engine.
 #[derive(Debug)]
@@ -20,14 +22,22 @@ pub(super) struct Plan {
     pub(super) port_messages: Vec<Vec<u32>>,
 }
 
+/// What a compartment's update takes beside one synapse of an input axon, most of which have no
+/// spike in most steps. Only the balance of threads depends on it.
+const UPDATE_WORK: u64 = 50;
+
 /// What one core needs to run.
 #[derive(Debug)]
 pub(super) struct CorePlan {
     /// Compartments that are updated together, in order.
     pub(super) blocks: Vec<Block>,
+    /// Bias of every compartment.
+    pub(super) biases: Vec<i32>,
     pub(super) rows: Vec<Row>,
     /// All weights of all rows, in units of 64.
     pub(super) weights: Vec<i16>,
+    /// First accumulator and length of the runs of rows in several runs.
+    pub(super) runs: Vec<(u16, u16)>,
     /// All targets of the sparse rows.
     pub(super) targets: Vec<u16>,
     /// (row, base) of every input axon.
@@ -37,7 +47,7 @@ pub(super) struct CorePlan {
     pub(super) sends: Vec<SendCost>,
 }
 
-/// Compartments of equal parameters within one word of spikes.
+/// Compartments of equal parameters, but for their biases, within one word of spikes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     pub(super) params: CompartmentParams,
@@ -61,6 +71,8 @@ pub(super) struct Row {
 pub(super) enum RowShape {
     /// Consecutive accumulators from `first` on.
     Dense { first: u16 },
+    /// Consecutive accumulators of each of [`CorePlan::runs`], from `runs_at` on.
+    Runs { runs_at: u32, n_runs: u32 },
     /// Accumulators listed in [`CorePlan::targets`] from `targets_at` on.
     Sparse { targets_at: u32 },
 }
@@ -108,12 +120,45 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Numbers of consecutive cores for at most `threads` threads, with about equal work.
+    pub(super) fn shares(&self, threads: usize) -> Vec<usize> {
+        let n = self.cores.len();
+        let threads = threads.clamp(1, n.max(1));
+        let mut sums = Vec::with_capacity(n);
+        let total = self.cores.iter().fold(0, |sum, core| {
+            sums.push(sum + core.work());
+            sum + core.work()
+        });
+        let mut first = 0;
+        let share = |thread: usize| {
+            let goal = total * thread as u64 / threads as u64;
+            let end = sums.partition_point(|sum| *sum < goal) + 1;
+            // At least one core each, for those that follow as well.
+            let end = if thread == threads { n } else { end.max(first + 1) };
+            let end = end.min(n - (threads - thread).min(n));
+            let len = end - first;
+            first = end;
+            len
+        };
+        (1..=threads).map(share).collect()
+    }
+}
+
 impl CorePlan {
+    /// Work of a step, roughly.
+    fn work(&self) -> u64 {
+        let synapses = |(row, _): &(u32, u16)| u64::from(self.rows[*row as usize].len);
+        UPDATE_WORK * self.sends.len() as u64 + self.axons.iter().map(synapses).sum::<u64>()
+    }
+
     fn new(map: &CoreMap, id: usize, core: &Core, links: Vec<Link>) -> Self {
         let mut plan = Self {
             blocks: blocks(map, core),
+            biases: core.params(&map.chip().arithmetic).iter().map(|p| p.bias).collect(),
             rows: Vec::with_capacity(core.lists.len()),
             weights: Vec::new(),
+            runs: Vec::new(),
             targets: Vec::new(),
             axons: core.axons_in.iter().map(|axon| (axon.list, axon.base)).collect(),
             links,
@@ -157,7 +202,21 @@ impl CorePlan {
         let mut dense = vec![0i32; span];
         synapses.iter().for_each(|(target, weight)| dense[target - first] += weight);
         let fits = dense.iter().all(|sum| i16::try_from(*sum).is_ok());
-        if fits && span <= DENSE_SPAN_PER_SYNAPSE * synapses.len() {
+        let runs = runs(synapses);
+        let length: usize = runs.iter().map(|(_, len)| len).sum();
+        let n_runs = runs.len();
+        let worth_it = |length: usize| fits && length <= DENSE_SPAN_PER_SYNAPSE * synapses.len();
+        if n_runs > 1 && length + RUN_COST * n_runs <= span && worth_it(length + RUN_COST * n_runs)
+        {
+            let runs_at = self.runs.len() as u32;
+            for (start, len) in runs {
+                let sums = &dense[start - first..][..len];
+                self.weights.extend(sums.iter().map(|sum| *sum as i16));
+                self.runs.push((start as u16, len as u16));
+            }
+            return RowShape::Runs { runs_at, n_runs: n_runs as u32 };
+        }
+        if worth_it(span) {
             self.weights.extend(dense.iter().map(|sum| *sum as i16));
             return RowShape::Dense { first: first as u16 };
         }
@@ -168,13 +227,27 @@ impl CorePlan {
     }
 }
 
-/// Groups cut where a word of spikes ends.
+/// First target and length of the stretches between gaps that are worth a new run. `synapses` are
+/// sorted by target.
+fn runs(synapses: &[(usize, i32)]) -> Vec<(usize, usize)> {
+    let near = |a: &(usize, i32), b: &(usize, i32)| b.0 <= a.0 + RUN_COST;
+    let run = |run: &[(usize, i32)]| (run[0].0, run[run.len() - 1].0 + 1 - run[0].0);
+    synapses.chunk_by(near).map(run).collect()
+}
+
+/// Groups of equal parameters but for the bias, cut where a word of spikes ends.
 fn blocks(map: &CoreMap, core: &Core) -> Vec<Block> {
+    let arithmetic = &map.chip().arithmetic;
+    let alike = |a: &CompartmentGroup, b: &CompartmentGroup| {
+        let bias = (a.bias_mantissa, a.bias_exponent);
+        let len = a.len;
+        *a == CompartmentGroup { bias_mantissa: bias.0, bias_exponent: bias.1, len, ..*b }
+    };
     let mut blocks = Vec::new();
     let mut start = 0;
-    for group in &core.groups {
-        let params = group.params(&map.chip().arithmetic);
-        let end = start + usize::from(group.len);
+    for groups in core.groups.chunk_by(alike) {
+        let params = groups[0].params(arithmetic);
+        let end = start + groups.iter().map(|group| usize::from(group.len)).sum::<usize>();
         while start < end {
             let len = (BLOCK - start % BLOCK).min(end - start);
             blocks.push(Block { params, start, len });
@@ -229,3 +302,7 @@ fn add_links(
         links[edges[0].0].push(Link { source, starts, axons });
     }
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -240,6 +240,34 @@ core 000 list 0 entry format=0 dense first=0: -256
 }
 
 #[test]
+fn groups_that_differ_in_their_bias_alone_agree_with_the_dense_engine() {
+    // 70 compartments that are updated together, every third with another bias, one of them 0.
+    let mut text = "chip loihi1\ncore 000 label a\n".to_owned();
+    for cx in 0..70 {
+        let (end, bias) = (cx + 1, [40, 0, -90][cx % 3]);
+        text += &format!(
+            "core 000 group cx={cx}..{end} decay_u=100 decay_v=200 vth=3 bias={bias}<<2 refractory=1\n"
+        );
+    }
+    text += "core 000 format 0 mode=mixed bits=8 exp=0
+core 000 list 0 entry format=0 dense first=0: 20 30 -40 50
+core 000 list 0 entry format=0 dense first=40: 20 30 -40 50
+core 000 axon_in 0 list=0 base=0
+core 000 axon_in 1 list=0 base=26
+port in lines=2
+port in line 0 -> core 000 axon 0
+port in line 1 -> core 000 axon 1
+";
+    let parts = CoreMapParts::from_text("p", &text, ChipSpec::loihi1()).unwrap();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    let spikes = (0..20).flat_map(|t| [(t, 0, 0), (2 * t, 0, 1)]);
+    let stimulus = Stimulus::new(&map, 30, spikes).unwrap();
+    let expected = run_whole(dense(&map), &stimulus);
+    assert!(expected.iter().any(|line| line.contains("synaptic_ops_kernel: 280")), "{expected:?}");
+    assert_eq!(run_whole(event(&map, 1), &stimulus), expected);
+}
+
+#[test]
 fn random_maps_use_every_counter() {
     let mut runner = TestRunner::deterministic();
     let mut sum = OpCounts::default();

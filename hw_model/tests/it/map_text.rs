@@ -149,6 +149,34 @@ fn every_wrong_line_is_named_with_what_was_expected() {
 }
 
 #[test]
+fn scattered_neurons_are_written_as_ranges_with_a_step() {
+    let text = |populations: &str| {
+        SMALL
+            .replace("population fc1 core=000 cx=0000..0003\n", populations)
+            .replace("cx=0002..0003 decay", "cx=0002..0050 decay")
+    };
+    let stepped = text("population fc1 core=000 cx=0003..0032/7\n");
+    let map = CoreMap::new(parse(&stepped).unwrap()).unwrap();
+    let firsts: Vec<u16> = map.populations()[0].slices.iter().map(|s| s.first.0).collect();
+    assert_eq!(firsts, [3, 10, 17, 24, 31, 0]);
+    assert_eq!(map.to_text(), stepped);
+    // The end need not be that of the last one; two alone are written one by one.
+    let loose = parse(&text("population fc1 core=000 cx=3..38/7\n")).unwrap();
+    assert_eq!(&loose, map.parts());
+    let two = text("population fc1 core=000 cx=0..3/2\n");
+    let apart = "population fc1 core=000 cx=0000..0001\npopulation fc1 core=000 cx=0002..0003\n";
+    assert_eq!(CoreMap::new(parse(&two).unwrap()).unwrap().to_text(), text(apart));
+    for step in ["0", "1", "-2", "x", "", "65536", "2/2"] {
+        let error = parse(&text(&format!("population fc1 core=000 cx=0..9/{step}\n")));
+        let expected =
+            format!("a.map:18: found `0..9/{step}`, expected a step of 2..=65535 behind the `/`");
+        assert_eq!(error.unwrap_err(), expected);
+    }
+    let far = parse(&text("population fc1 core=000 cx=60000..120000/2\n")).unwrap();
+    assert!(CoreMap::new(far).is_err());
+}
+
+#[test]
 fn what_is_quoted_in_an_error_is_short_and_printable() {
     let error = parse(&format!("\u{1b}[2J{}", "x".repeat(500))).unwrap_err();
     assert!(error.starts_with("a.map:1: found `\\u{1b}[2Jxxx"), "{error}");

@@ -87,14 +87,18 @@ impl MapReader {
             return line.end();
         }
         let core = CoreId(line.field("core")?);
-        let range = line.range::<u32>("cx")?;
+        let (range, step) = line.stepped_range("cx")?;
         let (first, len) = line.span(range)?;
-        let slice = Slice { core, first: CompartmentIdx(first), len };
-        match self.populations.last_mut().filter(|last| last.name == name) {
-            Some(last) => last.slices.push(slice),
-            None => {
-                self.populations.push(Population { name: name.to_owned(), slices: vec![slice] });
+        let slice = |first, len| Slice { core, first: CompartmentIdx(first), len };
+        let slices = match step {
+            None => vec![slice(first, len)],
+            Some(step) => {
+                (0..len).step_by(step).map(|at| slice(first.saturating_add(at), 1)).collect()
             }
+        };
+        match self.populations.last_mut().filter(|last| last.name == name) {
+            Some(last) => last.slices.extend(slices),
+            None => self.populations.push(Population { name: name.to_owned(), slices }),
         }
         line.end()
     }

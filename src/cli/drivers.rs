@@ -1,0 +1,87 @@
+//! From what was typed to what drives.
+
+use std::path::Path;
+
+use spikeloop::evaluate::{Driver, EngineKind};
+use spikeloop::host::Deployment;
+use spikeloop::net::builtin;
+
+use crate::cli::Failure;
+
+/// Name of the driver that needs no network.
+pub(super) const STRAIGHT: &str = "straight";
+/// Name of the driver that knows everything.
+const PLANNER: &str = "planner";
+
+/// A driver for each name: core maps (chip), networks of any kind (float), `straight`, `planner`.
+/// `weights` are for the networks that take some.
+pub(super) fn drivers(
+    names: &[String],
+    weights: Option<&Path>,
+    engine: EngineKind,
+) -> Result<Vec<Driver>, Failure> {
+    let takes_weights = |name: &String| is_network(name) && builtin::takes_weights(name);
+    if let (Some(weights), false) = (weights, names.iter().any(takes_weights)) {
+        return Err(format!(
+            "{}: weights are for networks with a description, and there is none among the \
+             drivers; leave --weights out",
+            weights.display()
+        )
+        .into());
+    }
+    names.iter().map(|name| driver(name, weights, engine)).collect()
+}
+
+/// Whether `name` is a network file, a built-in network, or neither that nor a file.
+fn is_network(name: &str) -> bool {
+    let path = Path::new(name);
+    match path.extension() {
+        Some(extension) => extension == "toml" || extension == "safetensors",
+        None => ![STRAIGHT, PLANNER].contains(&name) && (builtin::is_name(name) || !path.exists()),
+    }
+}
+
+/// A core map by its label, `straight`, or else a network.
+fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driver, Failure> {
+    if name == STRAIGHT {
+        return Ok(Driver::straight());
+    }
+    if name == PLANNER {
+        return Ok(Driver::planner());
+    }
+    if is_network(name) {
+        let weights = weights.filter(|_| builtin::takes_weights(name));
+        return Ok(Driver::controller(&builtin::open(name, weights)?));
+    }
+    if Path::new(name).extension().is_some_and(|extension| extension == "json") {
+        return Err(no_program(name));
+    }
+    chip_driver(Deployment::read(Path::new(name))?, name, engine)
+}
+
+fn no_program(name: &str) -> Failure {
+    format!("{name}: an integer network without encoder and decoder cannot drive; compile it and use `spikeloop run`").into()
+}
+
+/// A compiled network as a driver; `name` is what errors mention.
+pub(super) fn chip_driver(
+    deployment: Deployment,
+    name: &str,
+    engine: EngineKind,
+) -> Result<Driver, Failure> {
+    Driver::chip(deployment, engine).ok_or_else(|| no_program(name))
+}
+
+/// Label and digest of each core map among `drivers`.
+pub(super) fn maps(drivers: &[Driver]) -> Vec<(String, String)> {
+    let digest = |driver: &Driver| Some((driver.label.clone(), driver.deployment()?.map.digest()));
+    drivers.iter().filter_map(digest).collect()
+}
+
+/// The last of `repeats` seeds from `seed` on; `option` is the name that errors mention.
+pub(super) fn last_seed(seed: u64, option: &str, repeats: u64) -> Result<u64, Failure> {
+    seed.checked_add(repeats - 1).ok_or_else(|| {
+        format!("--seed {seed}, {option} {repeats}: seeds end at {}; take a smaller seed", u64::MAX)
+            .into()
+    })
+}

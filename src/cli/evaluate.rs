@@ -1,0 +1,297 @@
+//! `spikeloop evaluate`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hw_model::container;
+use indicatif::ProgressBar;
+use spikeloop::closed_loop::TrialConfig;
+use spikeloop::evaluate::{CONDITIONS, Condition, Driver, EngineKind, fly};
+use spikeloop::files;
+use spikeloop::report::plot::trajectories;
+use spikeloop::report::results::{
+    ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
+};
+use spikeloop::report::success::{Cell, CellKey, SuccessSettings, SuccessTable, success_table};
+use spikeloop::rng::Streams;
+use spikeloop::world::World;
+use spikeloop::world::arena::{Arena, EVALUATION_SEED};
+use spikeloop::world::dvs::CameraConfig;
+use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
+
+use crate::cli::args::EvaluateArgs;
+use crate::cli::drive::all_threads;
+use crate::cli::drivers::{drivers, last_seed, maps};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
+use crate::cli::{Failure, Verdict};
+
+/// Below the table.
+const NOTE: &str = "\
+mean of all seeds, then each seed; rows of the paper are its table of success rates (tab:2).
+The paper's maps are not published and map1, map2 are of this project's own design: compare the
+order of rows, not the numbers. Networks made for another control rate fly at 20 Hz here as well.";
+
+pub(super) fn run(args: &EvaluateArgs) -> Result<Verdict, Failure> {
+    let evaluation = Evaluation::prepare(args)?;
+    say(header(Some(args.seed), &maps(&evaluation.drivers)))?;
+    evaluation.say_settings()?;
+    let table = evaluation.fly_all()?;
+    say(success_table(&table))?;
+    say(NOTE)?;
+    if let Some(path) = &args.json {
+        output::write(path, &serde_json::to_vec_pretty(&table)?)?;
+    }
+    Ok(Verdict::Good)
+}
+
+/// A map in both conditions, and its trials.
+struct Map {
+    name: String,
+    digest: String,
+    moving: World,
+    still: World,
+    pairs: Vec<Pair>,
+}
+
+impl Map {
+    /// Pairs are drawn with the movers there, so that all conditions fly the same ones.
+    fn open(name: &str, trials: usize) -> Result<Self, Failure> {
+        let moving = World::new(Arena::open(name)?);
+        let still = World::new(moving.arena().clone().without_movers());
+        let streams = Streams::new(EVALUATION_SEED, 0);
+        let pairs = generate_pairs(&moving, trials, PairRules::default(), streams)?;
+        let digest = container::digest(&moving.arena().to_json());
+        Ok(Self { name: name.to_owned(), digest, moving, still, pairs })
+    }
+
+    fn world(&self, condition: &Condition) -> &World {
+        if condition.movers { &self.moving } else { &self.still }
+    }
+}
+
+/// What to fly.
+struct Evaluation<'a> {
+    args: &'a EvaluateArgs,
+    config: TrialConfig,
+    settings: SuccessSettings,
+    drivers: Vec<Driver>,
+    maps: Vec<Map>,
+    conditions: Vec<&'static Condition>,
+    seeds: Vec<u64>,
+    threads: usize,
+    known: Option<SuccessTable>,
+}
+
+/// One cell of the table to fly.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    driver: &'a Driver,
+    map: &'a Map,
+    condition: &'static Condition,
+    seed: u64,
+}
+
+impl<'a> Task<'a> {
+    fn key(&self) -> CellKey<'a> {
+        CellKey {
+            network: &self.driver.label,
+            map: &self.map.name,
+            condition: self.condition.name,
+            seed: self.seed,
+        }
+    }
+}
+
+impl<'a> Evaluation<'a> {
+    fn prepare(args: &'a EvaluateArgs) -> Result<Self, Failure> {
+        let inputs = args.networks.iter().chain(&args.maps).map(Path::new);
+        let inputs = inputs.chain(args.weights.as_deref());
+        check_outputs(args.json.iter().chain(&args.state), inputs)?;
+        each_once("network", &args.networks)?;
+        each_once("--map", &args.maps)?;
+        each_once("--condition", &args.conditions)?;
+        let mut drivers = drivers(&args.networks, args.weights.as_deref(), EngineKind::Event)?;
+        for (driver, name) in drivers.iter_mut().zip(&args.networks) {
+            driver.label.clone_from(name);
+        }
+        let config = TrialConfig {
+            actuators: args.actuators,
+            ticks_max: args.ticks_max,
+            ..TrialConfig::eem_san(1.0)
+        };
+        config.check()?;
+        let seed_last = last_seed(args.seed, "--seeds", args.seeds)?;
+        let maps = args.maps.iter().map(|name| Map::open(name, args.trials));
+        let wanted = |condition: &&Condition| {
+            args.conditions.is_empty() || args.conditions.iter().any(|n| n == condition.name)
+        };
+        let camera = CameraConfig::default();
+        let mut evaluation = Self {
+            args,
+            settings: SuccessSettings::new(args.trials, EVALUATION_SEED, &config, &camera),
+            config,
+            drivers,
+            maps: maps.collect::<Result<_, Failure>>()?,
+            conditions: CONDITIONS.iter().filter(wanted).collect(),
+            seeds: (args.seed..=seed_last).collect(),
+            threads: args.threads.unwrap_or_else(all_threads),
+            known: None,
+        };
+        evaluation.known = evaluation.read_state()?;
+        if let Some(folder) = &args.plot {
+            std::fs::create_dir_all(folder)
+                .map_err(|e| format!("{}: cannot make the folder: {e}", folder.display()))?;
+            files::check_writable(&folder.join("picture.svg"))?;
+        }
+        Ok(evaluation)
+    }
+
+    /// The state file, when there is one, and only if it goes with what is to be flown.
+    fn read_state(&self) -> Result<Option<SuccessTable>, Failure> {
+        let Some(path) = self.args.state.as_ref().filter(|path| path.exists()) else {
+            return Ok(None);
+        };
+        let file = path.display().to_string();
+        let table = SuccessTable::from_json(&file, &files::read_text(path)?)?;
+        table.check_settings(&file, &self.settings)?;
+        for driver in &self.drivers {
+            for map in &self.maps {
+                let network = (driver.label.as_str(), driver.digest.as_deref());
+                table.check_digests(&file, network, (&map.name, &map.digest))?;
+            }
+        }
+        Ok(Some(table))
+    }
+
+    fn say_settings(&self) -> Result<(), Failure> {
+        let s = &self.settings;
+        say(format_args!(
+            "{} Hz, no action noise, actuators {}, {} trials per map (pairs from seed {}), seeds {}..={}",
+            s.control_hz,
+            s.actuators,
+            s.trials,
+            s.pairs_seed,
+            self.args.seed,
+            self.seeds.last().unwrap_or(&self.args.seed)
+        ))?;
+        let seeing = self.drivers.iter().filter(|driver| driver.needs_camera());
+        let seeing: Vec<&str> = seeing.map(|driver| driver.label.as_str()).collect();
+        if !seeing.is_empty() {
+            say(format_args!("event camera on for {}", seeing.join(", ")))?;
+        }
+        Ok(())
+    }
+
+    /// All cells of the table, in its order.
+    fn tasks(&self) -> Vec<Task<'_>> {
+        let mut tasks = Vec::new();
+        for driver in &self.drivers {
+            for condition in self.conditions.iter().copied() {
+                for map in &self.maps {
+                    let task = |seed: &u64| Task { driver, map, condition, seed: *seed };
+                    tasks.extend(self.seeds.iter().map(task));
+                }
+            }
+        }
+        tasks
+    }
+
+    /// Flies what the state file does not have, and gives the whole table.
+    fn fly_all(&self) -> Result<SuccessTable, Failure> {
+        let fresh = || SuccessTable::new(self.settings.clone());
+        let mut state = self.known.clone().unwrap_or_else(fresh);
+        let tasks = self.tasks();
+        let is_open = |task: &&Task| {
+            state.find(task.key()).is_none()
+                || self.picture(task).is_some_and(|path| !path.exists())
+        };
+        let open: Vec<Task> = tasks.iter().filter(is_open).copied().collect();
+        if open.len() < tasks.len() {
+            let done = tasks.len() - open.len();
+            say(format_args!("{done} of {} cells are in the state file already", tasks.len()))?;
+        }
+        let bar = progress((open.len() * self.args.trials) as u64, "");
+        for task in open {
+            state.put(self.fly_one(&task, &bar)?);
+            if let Some(path) = &self.args.state {
+                files::write_atomically(path, &serde_json::to_vec(&state)?)?;
+            }
+        }
+        bar.finish_and_clear();
+        let mut table = fresh();
+        table.cells = tasks.iter().filter_map(|task| state.find(task.key()).cloned()).collect();
+        Ok(table)
+    }
+
+    fn fly_one(&self, task: &Task, bar: &ProgressBar) -> Result<Cell, Failure> {
+        let Task { driver, map, condition, seed } = *task;
+        let name = format!("{}, {}, {condition}, seed {seed}", driver.label, map.name);
+        bar.set_message(name.clone());
+        let (world, config) = (map.world(condition), condition.config(&self.config));
+        let started = Instant::now();
+        let flown = fly(world, &map.pairs, &config, driver, seed, self.threads, &|| bar.inc(1))?;
+        let wall_s = started.elapsed().as_secs_f64();
+        let result = DriverResult::new(driver, seed, &flown, wall_s);
+        let summary = result.summary.clone();
+        bar.suspend(|| {
+            say(format_args!("{name}: {} of {} ({wall_s:.1} s)", summary.success, summary.trials))
+        })?;
+        if let Some(path) = self.picture(task) {
+            let picture = self.drive_result(task, result)?;
+            files::write_atomically(&path, trajectories(&picture).as_bytes())?;
+        }
+        Ok(Cell {
+            network: driver.label.clone(),
+            network_digest: driver.digest.clone(),
+            map: map.name.clone(),
+            map_digest: map.digest.clone(),
+            condition: condition.name.to_owned(),
+            seed,
+            revision: REVISION.to_owned(),
+            camera: driver.needs_camera(),
+            summary,
+        })
+    }
+
+    /// Picture of the trajectories of a cell: the first seed has one.
+    fn picture(&self, task: &Task) -> Option<PathBuf> {
+        let folder = self.args.plot.as_ref().filter(|_| task.seed == self.args.seed)?;
+        let (network, map) = (file_name(&task.driver.label), file_name(&task.map.name));
+        Some(folder.join(format!("{network}_{map}_{}.svg", task.condition.name)))
+    }
+
+    fn drive_result(&self, task: &Task, driver: DriverResult) -> Result<DriveResult, Failure> {
+        let config = task.driver.config(&task.condition.config(&self.config))?;
+        Ok(DriveResult {
+            format: RESULT_FORMAT,
+            revision: REVISION.to_owned(),
+            seed: task.seed,
+            settings: Settings::new(&config),
+            arena: ArenaPicture::new(task.map.world(task.condition)),
+            pairs_mm: pairs_mm(&task.map.pairs),
+            drivers: vec![driver],
+        })
+    }
+}
+
+/// Errs when a name occurs twice: rows of the table and pictures go by name.
+fn each_once(what: &str, names: &[String]) -> Result<(), Failure> {
+    for (index, name) in names.iter().enumerate() {
+        if names[..index].contains(name) {
+            return Err(format!("{what} {name}: given twice; leave one out").into());
+        }
+    }
+    Ok(())
+}
+
+/// A name as part of a file's name; no two names give the same.
+fn file_name(name: &str) -> String {
+    let mut text = String::new();
+    for byte in name.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' => text.push(byte as char),
+            _ => text.push_str(&format!("%{byte:02x}")),
+        }
+    }
+    text
+}

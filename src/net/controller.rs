@@ -1,0 +1,34 @@
+//! A network of either kind, for what both can do.
+
+use serde::Serialize;
+
+use crate::net::eem_san::EemSan;
+use crate::net::network::Network;
+
+/// A network that can drive.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum Controller {
+    /// Laser only, with a rate code and a description file.
+    Described(Network),
+    /// EEM-SAN or its laser-only control.
+    EemSan(Box<EemSan>),
+}
+
+impl Controller {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Described(network) => &network.name,
+            Self::EemSan(network) => &network.name,
+        }
+    }
+
+    /// Name and threshold of every fully connected layer.
+    pub fn thresholds(&self) -> Vec<(String, f64)> {
+        let of = |layer: &crate::net::Layer| (layer.name.clone(), layer.threshold);
+        match self {
+            Self::Described(network) => network.layers.iter().map(of).collect(),
+            Self::EemSan(network) => network.dense_layers().map(of).collect(),
+        }
+    }
+}

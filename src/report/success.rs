@@ -1,0 +1,364 @@
+//! The success table: networks, maps, conditions and seeds, as data and as text.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::closed_loop::TrialConfig;
+use crate::evaluate::CONDITIONS;
+use crate::report::results::{CameraSettings, Summary};
+use crate::report::tables::plain;
+use crate::world::dvs::CameraConfig;
+
+/// Version of the JSON form.
+pub const SUCCESS_FORMAT: u32 = 1;
+
+/// Success rates that the paper gives (tab:2): name, then condition as in [`CONDITIONS`], then map
+/// 1 and map 2. Its maps are not published.
+pub const PAPER: [(&str, [[f64; 2]; 3]); 4] = [
+    ("SAN, paper", [[0.580, 0.577], [0.645, 0.560], [0.978, 0.966]]),
+    ("PopSAN, paper", [[0.598, 0.618], [0.805, 0.718], [0.983, 0.973]]),
+    ("BDETT, paper", [[0.657, 0.625], [0.735, 0.728], [0.975, 0.923]]),
+    ("EEM-SAN, paper", [[0.765, 0.743], [0.870, 0.848], [1.000, 0.985]]),
+];
+
+/// Maps that stand where the paper's map 1 and map 2 do.
+const PAPER_MAPS: [&str; 2] = ["map1", "map2"];
+
+/// What `evaluate` found, finished or not: its result and its state file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SuccessTable {
+    /// [`SUCCESS_FORMAT`].
+    pub format: u32,
+    /// Settings of all trials.
+    pub settings: SuccessSettings,
+    /// What is flown.
+    pub cells: Vec<Cell>,
+}
+
+/// Settings that all cells share; the fastest wheel speed is the condition's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SuccessSettings {
+    /// Start/goal pairs per map, one trial each.
+    pub trials: usize,
+    /// Seed of the pairs.
+    pub pairs_seed: u64,
+    /// Control ticks per second.
+    pub control_hz: u32,
+    /// Actuator model by name.
+    pub actuators: String,
+    /// Control ticks before a trial is out of time.
+    pub ticks_max: u64,
+    /// Standard deviation of the laser noise.
+    pub laser_noise_m: f64,
+    /// Whether the action was mixed with 1 % noise.
+    pub action_noise: bool,
+    /// The event camera of the networks that need one.
+    pub camera: CameraSettings,
+}
+
+/// One network on one map under one condition with one seed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// The network as it was typed.
+    pub network: String,
+    /// SHA-256 of the network or core map; `None` for a driver without one.
+    pub network_digest: Option<String>,
+    /// The map as it was typed.
+    pub map: String,
+    /// SHA-256 of the map.
+    pub map_digest: String,
+    /// Name of the condition.
+    pub condition: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Revision of the program that flew it.
+    pub revision: String,
+    /// Whether it flew with an event camera.
+    pub camera: bool,
+    /// Totals and means of its trials.
+    pub summary: Summary,
+}
+
+/// A table that cannot be used.
+#[derive(Debug, Error)]
+pub enum SuccessError {
+    /// Not JSON of the expected form.
+    #[error("{file}: not a table of `spikeloop evaluate` ({message}); give another file")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What the reader found, with line and column.
+        message: String,
+    },
+    /// Written by another version of this program.
+    #[error("{file}: format {found} found, {SUCCESS_FORMAT} expected; evaluate again")]
+    Format {
+        /// The file.
+        file: String,
+        /// Format in the file.
+        found: u64,
+    },
+    /// Flown with other settings.
+    #[error(
+        "{file}: {name} is {found} there and {expected} here; give the same settings, or another \
+         file"
+    )]
+    Settings {
+        /// The file.
+        file: String,
+        /// Which setting.
+        name: String,
+        /// Its value in the file.
+        found: String,
+        /// Its value now.
+        expected: String,
+    },
+    /// Flown with other weights or in another map.
+    #[error(
+        "{file}: {what} {name} has digest {found} there and {expected} here: it has changed; give \
+         another file"
+    )]
+    Changed {
+        /// The file.
+        file: String,
+        /// `network` or `map`.
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// Digest in the file.
+        found: String,
+        /// Digest now.
+        expected: String,
+    },
+    /// Outcomes do not add up to the trials.
+    #[error(
+        "{file}: cell {cell}: {found} outcomes, {trials} expected (settings.trials); the file is \
+         damaged, give another one"
+    )]
+    Count {
+        /// The file.
+        file: String,
+        /// Number of the cell, from 0.
+        cell: usize,
+        /// Outcomes of the cell.
+        found: usize,
+        /// Trials of every cell.
+        trials: usize,
+    },
+}
+
+/// What a cell is of: network, map, condition, seed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellKey<'a> {
+    /// The network as it was typed.
+    pub network: &'a str,
+    /// The map as it was typed.
+    pub map: &'a str,
+    /// Name of the condition.
+    pub condition: &'a str,
+    /// Seed of the random streams.
+    pub seed: u64,
+}
+
+impl SuccessSettings {
+    /// Settings of an evaluation whose trials share `config` but for the speed; `camera` is what
+    /// flies where one is needed.
+    pub fn new(
+        trials: usize,
+        pairs_seed: u64,
+        config: &TrialConfig,
+        camera: &CameraConfig,
+    ) -> Self {
+        Self {
+            trials,
+            pairs_seed,
+            control_hz: config.control_hz,
+            actuators: config.actuators.to_string(),
+            ticks_max: config.ticks_max,
+            laser_noise_m: config.laser_noise_m,
+            action_noise: config.action_noise,
+            camera: CameraSettings::new(camera),
+        }
+    }
+
+    /// Name of the first setting that differs, its value here and there.
+    fn difference(&self, other: &Self) -> Option<(String, String, String)> {
+        let [here, there] = [self, other]
+            .map(|settings| serde_json::to_value(settings).expect("settings have text keys"));
+        let (here, there) = (here.as_object()?, there.as_object()?);
+        let (name, value) = here.iter().find(|(name, value)| there.get(*name) != Some(value))?;
+        Some((name.clone(), value.to_string(), there.get(name)?.to_string()))
+    }
+}
+
+impl Cell {
+    /// What it is of.
+    pub fn key(&self) -> CellKey<'_> {
+        CellKey {
+            network: &self.network,
+            map: &self.map,
+            condition: &self.condition,
+            seed: self.seed,
+        }
+    }
+
+    fn rate(&self) -> f64 {
+        self.summary.success as f64 / self.summary.trials.max(1) as f64
+    }
+}
+
+impl SuccessTable {
+    /// A table with nothing flown yet.
+    pub fn new(settings: SuccessSettings) -> Self {
+        Self { format: SUCCESS_FORMAT, settings, cells: Vec::new() }
+    }
+
+    /// Reads the text of a table; `file` is the name that errors mention.
+    ///
+    /// Errors: not a table, one of another format, or one whose counts do not add up.
+    pub fn from_json(file: &str, text: &str) -> Result<Self, SuccessError> {
+        #[derive(Deserialize)]
+        struct Head {
+            format: u64,
+        }
+        let syntax = |e: serde_json::Error| SuccessError::Syntax {
+            file: file.to_owned(),
+            message: e.to_string(),
+        };
+        // The format first: another one has other fields.
+        let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
+        if found != u64::from(SUCCESS_FORMAT) {
+            return Err(SuccessError::Format { file: file.to_owned(), found });
+        }
+        let table: Self = serde_json::from_str(text).map_err(syntax)?;
+        let trials = table.settings.trials;
+        for (cell, flown) in table.cells.iter().enumerate() {
+            let s = &flown.summary;
+            let ended = s.success.saturating_add(s.collision).saturating_add(s.time_out);
+            if let Some(found) = [s.trials, ended].into_iter().find(|found| *found != trials) {
+                return Err(SuccessError::Count { file: file.to_owned(), cell, found, trials });
+            }
+        }
+        Ok(table)
+    }
+
+    /// Errs when the table, read from `file`, has other settings than `settings`.
+    pub fn check_settings(
+        &self,
+        file: &str,
+        settings: &SuccessSettings,
+    ) -> Result<(), SuccessError> {
+        let file = file.to_owned();
+        match settings.difference(&self.settings) {
+            Some((name, expected, found)) => {
+                Err(SuccessError::Settings { file, name, found, expected })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Errs when a cell of the table, read from `file`, was flown with another network or map than
+    /// the one of that name here.
+    pub fn check_digests(
+        &self,
+        file: &str,
+        network: (&str, Option<&str>),
+        map: (&str, &str),
+    ) -> Result<(), SuccessError> {
+        let changed = |what, name: &str, found: Option<&str>, expected: Option<&str>| {
+            let [found, expected] = [found, expected].map(|d| d.unwrap_or("none").to_owned());
+            let (file, name) = (file.to_owned(), name.to_owned());
+            SuccessError::Changed { file, what, name, found, expected }
+        };
+        for cell in &self.cells {
+            let found = cell.network_digest.as_deref();
+            if cell.network == network.0 && found != network.1 {
+                return Err(changed("network", network.0, found, network.1));
+            }
+            if cell.map == map.0 && cell.map_digest != map.1 {
+                return Err(changed("map", map.0, Some(&cell.map_digest), Some(map.1)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The cell of `key`.
+    pub fn find(&self, key: CellKey) -> Option<&Cell> {
+        self.cells.iter().find(|cell| cell.key() == key)
+    }
+
+    /// Puts a cell in the place of the one with the same key, or at the end.
+    pub fn put(&mut self, cell: Cell) {
+        match self.cells.iter_mut().find(|other| other.key() == cell.key()) {
+            Some(place) => *place = cell,
+            None => self.cells.push(cell),
+        }
+    }
+
+    /// Mean success rate of all seeds, and that of each seed; `None` where nothing was flown.
+    fn rates(&self, network: &str, map: &str, condition: &str) -> Option<(f64, Vec<f64>)> {
+        let same = |cell: &&Cell| {
+            cell.network == network && cell.map == map && cell.condition == condition
+        };
+        let rates: Vec<f64> = self.cells.iter().filter(same).map(Cell::rate).collect();
+        let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+        (!rates.is_empty()).then_some((mean, rates))
+    }
+}
+
+/// Success rates: a row for each condition and network, the paper's below; for each map the mean
+/// of all seeds and every seed's own.
+pub fn success_table(table: &SuccessTable) -> String {
+    let networks = in_order(&table.cells, |cell| &cell.network);
+    let maps = in_order(&table.cells, |cell| &cell.map);
+    let columns: Vec<[String; 2]> =
+        maps.iter().map(|map| [(*map).to_owned(), format!("{map}, each seed")]).collect();
+    let columns = columns.iter().flatten().map(String::as_str);
+    let header: Vec<&str> = ["condition", "network"].into_iter().chain(columns).collect();
+    let mut text = plain(&header);
+    for (index, condition) in CONDITIONS.iter().enumerate() {
+        if table.cells.iter().all(|cell| cell.condition != condition.name) {
+            continue;
+        }
+        for network in &networks {
+            let ours = maps.iter().flat_map(|map| ours(table, network, map, condition.name));
+            text.add_row([condition.to_string(), (*network).to_owned()].into_iter().chain(ours));
+        }
+        if !maps.iter().any(|map| PAPER_MAPS.contains(map)) {
+            continue;
+        }
+        for (network, rates) in &PAPER {
+            let theirs = maps.iter().flat_map(|map| theirs(&rates[index], map));
+            let name = [condition.to_string(), (*network).to_owned()];
+            text.add_row(name.into_iter().chain(theirs));
+        }
+    }
+    text.to_string()
+}
+
+/// Mean and each seed of one network, map and condition.
+fn ours(table: &SuccessTable, network: &str, map: &str, condition: &str) -> [String; 2] {
+    match table.rates(network, map, condition) {
+        None => ["-".to_owned(), "-".to_owned()],
+        Some((mean, rates)) => {
+            let rates: Vec<String> = rates.iter().map(|rate| format!("{rate:.3}")).collect();
+            [format!("{mean:.3}"), rates.join(" ")]
+        }
+    }
+}
+
+fn theirs(rates: &[f64; 2], map: &str) -> [String; 2] {
+    let place = PAPER_MAPS.iter().position(|known| *known == map);
+    [place.map_or_else(|| "-".to_owned(), |place| format!("{:.3}", rates[place])), "-".to_owned()]
+}
+
+/// Values of a column, each once, in the order of their first cell.
+fn in_order(cells: &[Cell], column: fn(&Cell) -> &String) -> Vec<&str> {
+    let mut values: Vec<&str> = Vec::new();
+    for value in cells.iter().map(column) {
+        if !values.contains(&value.as_str()) {
+            values.push(value);
+        }
+    }
+    values
+}

@@ -1,0 +1,222 @@
+//! `spikeloop evaluate`: the table, its state file, its pictures.
+
+use serde_json::Value;
+
+use crate::bad_input::refused;
+use crate::cli::{Folder, assert_well_formed};
+use crate::fixtures::eem_san;
+
+/// Two networks, two seeds, two conditions: eight short cells.
+const SMALL: &str = "evaluate see.safetensors straight --map courtyard-moving \
+                     --condition dynamic-1.0 --condition static-0.5 --trials 2 --ticks-max 5";
+
+fn folder_with_network() -> Folder {
+    let folder = Folder::new();
+    folder.write("see.safetensors", eem_san(true, &|_, _, _| ()));
+    folder
+}
+
+#[test]
+fn the_table_stands_beside_the_papers() {
+    let folder = Folder::new();
+    let ran = folder.good("evaluate straight --trials 1 --ticks-max 2 --seeds 2");
+    for part in [
+        "20 Hz, no action noise, actuators ideal, 1 trials per map (pairs from seed 1), seeds 1..=2",
+        "straight, map2, static, 0.5 m/s, seed 2: 0 of 1",
+        "| condition        | network        |  map1 | map1, each seed |  map2 | map2, each seed |",
+        "| dynamic, 1.0 m/s | straight       | 0.000 |     0.000 0.000 | 0.000 |     0.000 0.000 |",
+        "| dynamic, 1.0 m/s | EEM-SAN, paper | 0.765 |               - | 0.743 |               - |",
+        "| static, 1.0 m/s  | SAN, paper     | 0.645 |               - | 0.560 |               - |",
+        "| static, 0.5 m/s  | EEM-SAN, paper | 1.000 |               - | 0.985 |               - |",
+        "The paper's maps are not published and map1, map2 are of this project's own design",
+    ] {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+}
+
+#[test]
+fn maps_that_the_paper_has_not_stand_alone() {
+    let folder = folder_with_network();
+    let ran = folder.good(&format!("{SMALL} --seeds 1 --json t.json"));
+    assert!(!ran.out.contains("PopSAN"), "{}", ran.out);
+    assert!(ran.out.contains("event camera on for see.safetensors\n"), "{}", ran.out);
+    let cells = folder.json("t.json")["cells"].clone();
+    let of = |cell: &Value| {
+        let text = |key: &str| cell[key].as_str().unwrap().to_owned();
+        (text("network"), text("condition"), cell["camera"].as_bool().unwrap())
+    };
+    let found: Vec<_> = cells.as_array().unwrap().iter().map(of).collect();
+    let expected = [
+        ("see.safetensors", "dynamic-1.0", true),
+        ("see.safetensors", "static-0.5", true),
+        ("straight", "dynamic-1.0", false),
+        ("straight", "static-0.5", false),
+    ];
+    assert_eq!(found, expected.map(|(n, c, camera)| (n.to_owned(), c.to_owned(), camera)));
+}
+
+#[test]
+fn a_run_that_goes_on_ends_as_one_that_was_not_interrupted() {
+    let folder = folder_with_network();
+    folder.good(&format!("{SMALL} --seeds 2 --json whole.json --plot whole"));
+    folder.good(&format!("{SMALL} --seeds 2 --state s.json --plot parts"));
+    // As if it had been killed after the third cell.
+    let mut state = folder.json("s.json");
+    assert_eq!(state["cells"].as_array().unwrap().len(), 8);
+    state["cells"].as_array_mut().unwrap().truncate(3);
+    folder.write("s.json", state.to_string());
+    let ran = folder.good(&format!("{SMALL} --seeds 2 --state s.json --plot parts --json a.json"));
+    assert!(ran.out.contains("3 of 8 cells are in the state file already"), "{}", ran.out);
+    assert_eq!(ran.out.matches(" of 2 (").count(), 5, "{}", ran.out);
+    assert!(folder.read("a.json") == folder.read("whole.json"));
+    assert_eq!(folder.json("s.json")["cells"], folder.json("whole.json")["cells"]);
+    // Pictures of the first seed, the same either way.
+    let names = ["dynamic-1.0", "static-0.5"].map(|c| format!("straight_courtyard-moving_{c}.svg"));
+    for name in names {
+        let picture = |folder_name: &str| {
+            std::fs::read_to_string(folder.path(folder_name).join(&name)).expect("a picture")
+        };
+        assert_eq!(picture("whole"), picture("parts"));
+        assert_well_formed(&picture("parts"));
+    }
+    assert_eq!(std::fs::read_dir(folder.path("parts")).unwrap().count(), 4);
+}
+
+#[test]
+fn more_seeds_and_a_lost_picture_are_flown_and_nothing_else() {
+    let folder = folder_with_network();
+    folder.good(&format!("{SMALL} --seeds 1 --state s.json --plot p"));
+    std::fs::remove_file(folder.path("p/straight_courtyard-moving_static-0.5.svg")).unwrap();
+    let ran = folder.good(&format!("{SMALL} --seeds 2 --state s.json --plot p --json two.json"));
+    assert!(ran.out.contains("3 of 8 cells are in the state file already"), "{}", ran.out);
+    folder.good(&format!("{SMALL} --seeds 2 --threads 1 --json whole.json"));
+    assert!(folder.read("two.json") == folder.read("whole.json"));
+    // A table is a state as well.
+    let ran = folder.good(&format!("{SMALL} --seeds 2 --state whole.json"));
+    assert!(ran.out.contains("8 of 8 cells"), "{}", ran.out);
+}
+
+#[test]
+fn a_state_of_other_weights_maps_or_settings_is_refused_and_stays() {
+    let folder = folder_with_network();
+    folder.good(&format!("{SMALL} --seeds 1 --state s.json"));
+    let state = folder.read("s.json");
+    let line = format!("{SMALL} --seeds 1 --state s.json --json out.json");
+    let cases = [
+        (
+            "--trials 2",
+            "--trials 3",
+            "s.json: trials is 2 there and 3 here; give the same settings",
+        ),
+        ("--ticks-max 5", "--ticks-max 6", "s.json: ticks_max is 5 there and 6 here"),
+        ("--seeds 1", "--actuators lag", "s.json: actuators is \"ideal\" there and \"lag\" here"),
+    ];
+    for (from, to, part) in cases {
+        refused(&folder, &line.replace(from, to), &[part]);
+    }
+    let changed = eem_san(true, &|name, _, values| {
+        if name == "actor.decision.1.bias" {
+            values[0] += 0.25;
+        }
+    });
+    folder.write("see.safetensors", changed);
+    let part = "s.json: network see.safetensors has digest ";
+    refused(&folder, &line, &[part, "here: it has changed; give another file"]);
+    assert!(folder.read("s.json") == state);
+    folder.good(&line.replace("see.safetensors ", ""));
+
+    let arena = |x: u32| {
+        format!(
+            r#"{{"name": "a", "arena": {{"xmin": 0, "xmax": 20, "ymin": 0, "ymax": 20}},
+            "walls": [{{"name": "w", "shape": "cylinder", "x": {x}, "y": 10, "radius": 3, "height": 1}}]}}"#
+        )
+    };
+    folder.write("a.json", arena(10));
+    let line = "evaluate straight --map a.json --trials 1 --ticks-max 2 --state m.json";
+    folder.good(line);
+    folder.write("a.json", arena(11));
+    refused(&folder, line, &["m.json: map a.json has digest "]);
+}
+
+#[test]
+fn state_files_of_another_form_are_refused_and_stay() {
+    let folder = folder_with_network();
+    folder.good(&format!("{SMALL} --seeds 1 --state s.json"));
+    let good = String::from_utf8(folder.read("s.json")).unwrap();
+    let cases = [
+        (String::new(), "s.json: not a table of `spikeloop evaluate` ("),
+        ("{}".to_owned(), "missing field `format`"),
+        ("{\"format\": 1}".to_owned(), "missing field `settings`"),
+        (good.replacen("\"format\":1", "\"format\":2", 1), "s.json: format 2 found, 1 expected"),
+        (
+            good.replacen("\"time_out\":2", "\"time_out\":3", 1),
+            "s.json: cell 0: 3 outcomes, 2 expected (settings.trials); the file is damaged",
+        ),
+        (good[..good.len() / 2].to_owned(), "s.json: not a table"),
+    ];
+    for (text, part) in cases {
+        assert_ne!(text, good, "{part}");
+        folder.write("s.json", &text);
+        refused(&folder, &format!("{SMALL} --seeds 1 --state s.json --json out.json"), &[part]);
+        assert_eq!(folder.read("s.json"), text.as_bytes());
+    }
+}
+
+#[test]
+fn evaluations_without_sense_are_refused_before_they_begin() {
+    let folder = folder_with_network();
+    folder.write("file", b"");
+    let cases = [
+        ("evaluate straight straight", "network straight: given twice; leave one out"),
+        ("evaluate straight --map map1 --map map1", "--map map1: given twice"),
+        ("evaluate straight --condition calm", "possible values: dynamic-1.0, static-1.0"),
+        (
+            "evaluate straight --condition static-0.5 --condition static-0.5",
+            "--condition static-0.5: given twice",
+        ),
+        ("evaluate straight --map garden", "built-in arenas are courtyard"),
+        ("evaluate nobody", "nobody: neither a file nor a built-in network"),
+        ("evaluate no.safetensors", "no.safetensors: cannot read: "),
+        ("evaluate san", "san: names no weights file; give one with --weights FILE"),
+        ("evaluate straight --weights w", "w: weights are for networks with a description"),
+        ("evaluate straight --trials 0", "'--trials <N>': 0 is not in 1..=10000"),
+        ("evaluate straight --seeds 0", "0 is not in 1..=1000"),
+        ("evaluate straight --seed 18446744073709551615 --seeds 2", "take a smaller seed"),
+        ("evaluate straight --ticks-max 0", "tick limit is 0, must be 1..=1000000"),
+        ("evaluate straight --actuators jelly", "actuators \"jelly\": not understood"),
+        ("evaluate straight --threads 0", "0 is not in 1..=256"),
+        ("evaluate straight --state no/s.json", "cannot write: "),
+        ("evaluate straight --state out.json", "is an input or another output as well"),
+        ("evaluate see.safetensors --state see.safetensors", "is an input or another output"),
+        ("evaluate straight --plot file", "file: cannot make the folder: "),
+    ];
+    for (line, part) in cases {
+        let ran = refused(&folder, &format!("{line} --json out.json"), &[part]);
+        assert_eq!(ran.out, "", "spikeloop {line} began");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_evaluation_leaves_whole_files() {
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+    let folder = folder_with_network();
+    let line = format!("{SMALL} --seeds 1000 --state s.json --json t.json --plot p");
+    let mut command = folder.command();
+    let mut child = command.args(line.split_whitespace()).stdout(Stdio::piped()).spawn().unwrap();
+    let out = BufReader::new(child.stdout.take().unwrap());
+    // Two cells are in the file when the third is told.
+    let told = out.lines().map(|line| line.unwrap()).filter(|line| line.contains(" of 2 ("));
+    assert_eq!(told.take(3).count(), 3);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let cells = folder.json("s.json")["cells"].as_array().unwrap().len();
+    assert!(cells >= 2, "{cells} cells");
+    // Only a temporary file that the writer had no time to rename may be left.
+    let left: Vec<String> =
+        folder.names().into_iter().filter(|name| !name.ends_with(".tmp")).collect();
+    assert_eq!(left, ["p", "s.json", "see.safetensors"]);
+    let ran = folder.good(&line.replace("--seeds 1000", "--seeds 1"));
+    assert!(ran.out.contains(" cells are in the state file already"), "{}", ran.out);
+}

@@ -46,6 +46,8 @@ pub use printed::{
 };
 pub use shape::{ConvShape, DenseShape, Shape};
 
+use std::ops::AddAssign;
+
 use serde::Serialize;
 
 /// One thing for each module that a row of the table is made of.
@@ -59,6 +61,24 @@ pub struct Modules<T> {
     pub spiking_decision: T,
     /// The same layers with ReLU, and a sigmoid at the end.
     pub artificial_decision: T,
+}
+
+impl AddAssign for Modules<Counts> {
+    fn add_assign(&mut self, other: Self) {
+        self.spiking_encoder += other.spiking_encoder;
+        self.artificial_encoder += other.artificial_encoder;
+        self.spiking_decision += other.spiking_decision;
+        self.artificial_decision += other.artificial_decision;
+    }
+}
+
+impl AddAssign<&Self> for Modules<Activity> {
+    fn add_assign(&mut self, other: &Self) {
+        self.spiking_encoder += &other.spiking_encoder;
+        self.artificial_encoder += &other.artificial_encoder;
+        self.spiking_decision += &other.spiking_decision;
+        self.artificial_decision += &other.artificial_decision;
+    }
 }
 
 /// A row of Table 5.

@@ -74,6 +74,11 @@ impl CountedEemSan {
         })
     }
 
+    /// `T`, steps per decision.
+    pub fn steps(&self) -> u32 {
+        self.steps
+    }
+
     /// A new episode.
     pub fn reset(&mut self) {
         self.spiking_encoder.reset();

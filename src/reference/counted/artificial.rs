@@ -80,8 +80,8 @@ impl ArtificialDecision {
         let mut actions = Vec::new();
         for step in 0..inputs.first().map_or(0, Vec::len) {
             let mut groups = Vec::new();
-            for (index, dense) in self.branches.iter().enumerate() {
-                let spikes = inputs[index][step].iter();
+            for (index, (dense, input)) in self.branches.iter().zip(inputs).enumerate() {
+                let spikes = input[step].iter();
                 let input: Vec<f32> = spikes.map(|spike| f32::from(u8::from(*spike))).collect();
                 activity.layers[index] += traffic(&input);
                 groups.push(relu(dense.multiply(&input, &mut counts)));

@@ -118,8 +118,8 @@ impl SpikingDecision {
         let outputs = self.layers.last().map_or(0, |(_, neurons)| neurons.spikes.len());
         let mut output = vec![0; outputs];
         for step in 0..inputs.first().map_or(0, Vec::len) {
-            for (index, branch) in self.branches.iter_mut().enumerate() {
-                let input = [inputs[index][step].as_slice()];
+            for (index, (branch, input)) in self.branches.iter_mut().zip(inputs).enumerate() {
+                let input = [input[step].as_slice()];
                 advance(branch, &input, step == 0, index, &mut counts, &mut activity);
             }
             let fused = self.branches.iter().map(|(_, neurons)| neurons.spikes.clone());

@@ -96,6 +96,9 @@ pub(super) enum TrainVerb {
         /// Weights of the auto-encoder, as `train hsvae` writes them
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,
+        /// Begin with the actor of this weights file in place of a fresh one
+        #[arg(long, value_name = "FILE")]
+        from: Option<PathBuf>,
     },
 }
 

@@ -26,7 +26,7 @@ const MEASURE_TICKS: u64 = 60;
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     let job = match &args.what {
         TrainVerb::Hsvae { .. } => hsvae(args)?,
-        TrainVerb::Actor { encoder, .. } => actor(args, encoder.as_deref())?,
+        TrainVerb::Actor { encoder, from } => actor(args, encoder.as_deref(), from.as_deref())?,
     };
     Ok(job)
 }
@@ -167,7 +167,11 @@ fn read_encoder(path: &Path) -> Result<(Vec<u8>, EventEncoder), Failure> {
     Ok((bytes, encoder))
 }
 
-fn actor(args: &TrainArgs, encoder: Option<&Path>) -> Result<Verdict, Failure> {
+fn actor(
+    args: &TrainArgs,
+    encoder: Option<&Path>,
+    from: Option<&Path>,
+) -> Result<Verdict, Failure> {
     let (built_in, name) = match encoder {
         Some(_) => (EEM_SAN_CONFIG, "eem_san.toml"),
         None => (LASER_ONLY_CONFIG, "laser_only.toml"),
@@ -188,9 +192,15 @@ fn actor(args: &TrainArgs, encoder: Option<&Path>) -> Result<Verdict, Failure> {
     let encoder = encoder.map(read_encoder).transpose()?;
     let (bytes, encoder) = encoder.unzip();
     let about = format!("{config:?}");
-    let folder = Folder::open(&args.out, &[about.as_bytes(), bytes.as_deref().unwrap_or(&[])])?;
+    let from = from.map(|path| Ok::<_, Failure>((path, files::read_bytes(path)?))).transpose()?;
+    let first = from.as_ref().map_or(&[][..], |(_, bytes)| bytes);
+    let inputs = [about.as_bytes(), bytes.as_deref().unwrap_or(&[]), first];
+    let folder = Folder::open(&args.out, &inputs)?;
     let threads = args.threads.unwrap_or_else(all_threads);
     let mut training = ActorTraining::new(&config, encoder.as_ref(), threads)?;
+    if let Some((path, bytes)) = &from {
+        training.begin_with(&StateReader::new(&path.display().to_string(), bytes)?)?;
+    }
     say(header(Some(config.seed), &[]))?;
     if folder.resume(|state| training.read(state))? {
         say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;

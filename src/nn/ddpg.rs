@@ -339,6 +339,15 @@ impl Ddpg {
         SpikeDraws { streams, name, update: self.updates, first: range.start }
     }
 
+    /// Takes the actor's parameters, `prefix` before each name, for the actor and its target.
+    ///
+    /// Errors: a tensor is missing or has another shape; nothing is changed then.
+    pub fn begin_with(&mut self, state: &StateReader, prefix: &str) -> Result<(), StateError> {
+        state.parameters(prefix, &mut self.actor.online)?;
+        self.actor.target = self.actor.online.clone();
+        Ok(())
+    }
+
     /// Adds everything that the next update depends on.
     pub fn write(&self, state: &mut StateWriter) {
         self.actor.write(state, "actor");

@@ -69,8 +69,8 @@ fn results_depend_on_shards_only_by_rounding_and_not_on_threads() {
     let data = Data::new(10, 0.0);
     let ddpg = learner(settings(1, 1));
     let streams = Streams::new(9, 0);
-    let whole = ddpg.actor_shard(&data.batch(), &streams, 0..10).0;
-    let parts = [0..3, 3..10].map(|range| ddpg.actor_shard(&data.batch(), &streams, range).0);
+    let whole = ddpg.actor_shard(&data.batch(), None, &Objective::PLAIN, &streams, 0..10).0;
+    let parts = [0..3, 3..10].map(|range| ddpg.actor_shard(&data.batch(), None, &Objective::PLAIN, &streams, range).0);
     let largest = whole.iter().fold(0.0f32, |largest, d| largest.max(d.abs()));
     assert!(largest > 0.0);
     for (sum, whole) in shards::sum(parts.to_vec()).iter().zip(&whole) {
@@ -182,4 +182,38 @@ fn state_of_another_shape_is_refused_and_changes_nothing() {
         "run: tensor critic1.2.weight: F32 [24, 26] found, F32 [25, 26] expected"
     );
     assert_eq!((before.actor, before.critics), (other.actor, other.critics));
+}
+
+/// Costs that rise with the distance to an action, and that action.
+fn guide_of(actions: &[f32]) -> Vec<f32> {
+    let cost = |action: &[f32], at: usize| {
+        let (left, right) = ((at / 6) as f32 / 5.0, (at % 6) as f32 / 5.0);
+        (left - action[0]).abs() + (right - action[1]).abs()
+    };
+    actions.chunks(2).flat_map(|action| (0..36).map(move |at| cost(action, at))).collect()
+}
+
+#[test]
+fn guide_pulls_the_action_towards_the_cheapest() {
+    let wanted = [0.8, 0.2, 0.4, 0.6];
+    let costs = guide_of(&wanted);
+    let guide = Guide { levels: 6, actions: &wanted, costs: &costs };
+    let objective = Objective { value: 0.0, imitation: 1.0, cost: 1.0, cost_max: 10.0 };
+    let mut d = vec![0.0; 4];
+    let loss = guide.follow(&objective, &[0.4, 0.6, 0.4, 0.6], &(0..2), 2.0, &mut d);
+    // First row: squares 0.16 + 0.16, cost 0.8, mean over two rows; second row: nothing.
+    assert!((loss - (0.32 + 0.8) / 2.0).abs() < 1e-6, "{loss}");
+    let expected = [(2.0 * -0.4 - 1.0) / 2.0, (2.0 * 0.4 + 1.0) / 2.0, 0.0, 0.0];
+    for (d, expected) in d.iter().zip(expected) {
+        assert!((d - expected).abs() < 1e-5, "{d} {expected}");
+    }
+}
+
+#[test]
+fn costs_above_the_limit_have_no_slope() {
+    let costs = guide_of(&[1.0, 1.0]);
+    let guide = Guide { levels: 6, actions: &[1.0, 1.0], costs: &costs };
+    assert_eq!(guide.cost(0, &[0.0, 0.0], 0.5), (0.5, [0.0, 0.0]));
+    let (cost, slopes) = guide.cost(0, &[0.8, 1.0], 10.0);
+    assert!((cost - 0.2).abs() < 1e-6 && slopes[0] < -0.9, "{cost} {slopes:?}");
 }

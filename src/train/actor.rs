@@ -240,6 +240,13 @@ impl ActorTraining {
         self.ddpg.update_guided(&transitions, Some(&guide), &objective, phase.critic, &streams)
     }
 
+    /// Begins with the actor of a weights file in place of a fresh one.
+    ///
+    /// Errors: a tensor is missing or has another shape.
+    pub fn begin_with(&mut self, weights: &StateReader) -> Result<(), StateError> {
+        self.ddpg.begin_with(weights, "actor.")
+    }
+
     /// Adds everything that the next round depends on.
     pub fn write(&self, state: &mut StateWriter) {
         self.ddpg.write(state);

@@ -1,6 +1,12 @@
 //! EEM-SAN from its file to the closed loop, and the pictures around it.
 
 use serde_json::Value;
+use spikeloop::net::EemSan;
+use spikeloop::nn::lif::LifTrace;
+use spikeloop::nn::{Hsvae, HsvaeShape, Rectangular, StateWriter};
+use spikeloop::policy::EventFrame;
+use spikeloop::reference::FloatEncoder;
+use spikeloop::rng::{Streams, stream};
 
 use crate::bad_input::refused;
 use crate::cli::{Folder, assert_well_formed};
@@ -309,4 +315,37 @@ fn encoders_that_cannot_watch_are_refused() {
     refused(&folder, camera, &["e.safetensors: tensor decoder.3.weight: missing"]);
     folder.write("e.safetensors", hsvae(&without("latent.mean")));
     refused(&folder, camera, &["tensor latent.mean: nothing"]);
+}
+
+#[test]
+fn the_event_driven_encoder_equals_the_one_that_was_trained() {
+    let shape = HsvaeShape { channels: vec![2, 3, 2, 1, 1, 2], ..HsvaeShape::eem_san() };
+    let (hsvae, n) = (Hsvae::new(&shape), shape.latent());
+    let mut parameters = hsvae.initial(&Streams::new(8, 0));
+    parameters.values.iter_mut().for_each(|value| *value = 1.5 * *value + 0.05);
+    let mut state = StateWriter::default();
+    state.parameters("", &parameters);
+    state.floats("threshold", &[1], &[shape.threshold]);
+    state.floats("latent.mean", &[n], &vec![0.0; n]);
+    state.floats("latent.deviation", &[n], &vec![1.0; n]);
+    let encoder = EemSan::encoder_from_bytes("test", &state.bytes()).unwrap();
+    let mut events = FloatEncoder::new(&encoder);
+    let mut draw = Streams::new(9, 0).at(stream::STIMULUS, 0);
+    let mut frames = Vec::new();
+    for _ in 0..shape.frames {
+        let mut frame = EventFrame::default();
+        (0..500).for_each(|_| frame.set(draw.below(128) as usize, draw.below(128) as usize));
+        events.step(&frame);
+        let mut pixels = vec![0.0; shape.pixels()];
+        frame.active().for_each(|pixel| pixels[pixel] = 1.0);
+        frames.extend(pixels);
+    }
+    let trace = hsvae.encode::<Rectangular>(&parameters.values, &frames, &mut hsvae.rest(1));
+    let spikes = |layer: &LifTrace<Rectangular>| layer.spikes.iter().sum::<f32>() as u64;
+    let trained: Vec<u64> = trace.layers.iter().map(spikes).collect();
+    assert!(trained.iter().all(|spikes| *spikes > 0), "the test needs spikes: {trained:?}");
+    assert_eq!(events.spikes(), trained);
+    for (found, wanted) in events.state().into_iter().zip(&trace.mean) {
+        assert!((found - wanted).abs() < 1e-3, "{found} {wanted}");
+    }
 }

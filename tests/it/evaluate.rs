@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use crate::bad_input::refused;
-use crate::cli::{Folder, assert_well_formed};
-use crate::fixtures::eem_san;
+use crate::cli::{Folder, assert_well_formed, reflex_map};
+use crate::fixtures::{eem_san, shared};
 
 /// Two networks, two seeds, two conditions: eight short cells.
 const SMALL: &str = "evaluate see.safetensors straight --map courtyard-moving \
@@ -32,6 +32,22 @@ fn the_table_stands_beside_the_papers() {
     ] {
         assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
     }
+}
+
+#[test]
+fn everything_that_drives_can_be_evaluated() {
+    let folder = folder_with_network();
+    reflex_map(&folder);
+    let common = "--map courtyard --condition static-0.5 --trials 1 --ticks-max 3 --seeds 1";
+    let line = format!("evaluate reflex reflex.map planner straight {common} --json t.json");
+    let ran = folder.good(&line);
+    assert!(ran.out.contains("core map reflex.map "), "{}", ran.out);
+    let cells = folder.json("t.json")["cells"].clone();
+    assert!(cells[0]["summary"]["chip"].is_null() && cells[2]["network_digest"].is_null());
+    let counters = &cells[1]["summary"]["chip"]["counters"];
+    assert!(counters["messages"].as_u64().is_some(), "{cells}");
+    let Some(weights) = shared("san/san_sddpg_bw5.safetensors") else { return };
+    folder.good(&format!("evaluate san --weights {} {common}", weights.display()));
 }
 
 #[test]

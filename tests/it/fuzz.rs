@@ -13,15 +13,19 @@ use spikeloop::compile::policy::POLICIES;
 use spikeloop::compile::quantize::quantize;
 use spikeloop::golden;
 use spikeloop::host::{ChipPolicy, Deployment};
-use spikeloop::net::{Layer, Network, RateEncoder, builtin, description, integer};
+use spikeloop::net::eem_san::FRAMES_PER_TICK;
+use spikeloop::net::{EemSan, Layer, Network, RateEncoder, builtin, description, integer};
 use spikeloop::npz::Npz;
-use spikeloop::reference::FixedNetwork;
+use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
+use spikeloop::reference::{EemSanPolicy, FixedNetwork};
 use spikeloop::report::page::page;
 use spikeloop::report::results::DriveResult;
+use spikeloop::report::success::{SuccessTable, success_table};
 use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::pairs_from_json;
 
 use crate::cli::Folder;
+use crate::fixtures::eem_san;
 
 const DESCRIPTION: &str = r#"
 format = 1
@@ -153,6 +157,43 @@ fn read_result(json: &str) {
     }
 }
 
+/// What a reader took must also decide, whatever its numbers.
+fn read_eem_san(bytes: &[u8]) {
+    let Ok(network) = EemSan::from_bytes("x", "x.st", bytes) else { return };
+    let observation = Observation {
+        goal_direction_rad: 0.5,
+        goal_distance_m: 3.0,
+        linear_m_per_s: 0.2,
+        angular_rad_per_s: -0.1,
+        laser_m: [1.0; LASER_SECTORS],
+        wheel_speed_m_per_s_max: 1.0,
+        frames: vec![EventFrame::default(); FRAMES_PER_TICK],
+    };
+    let action = EemSanPolicy::new(&network).act(&observation, 0);
+    assert!((0.0..=1.0).contains(&action.left) && (0.0..=1.0).contains(&action.right));
+}
+
+fn read_success(json: &str) {
+    if let Ok(table) = SuccessTable::from_json("s.json", json) {
+        assert!(success_table(&table).contains("condition"));
+    }
+}
+
+/// A table with one cell.
+fn success() -> Vec<u8> {
+    let folder = Folder::new();
+    folder.good("evaluate straight --map courtyard --condition static-0.5 --trials 2 --ticks-max 2 --seeds 1 --json t.json");
+    folder.read("t.json")
+}
+
+/// The same file with its table of contents damaged, and the length before it right.
+fn with_damaged_header(good: &[u8], damage: &[Damage]) -> Vec<u8> {
+    let (length, rest) = good.split_at(8);
+    let length = u64::from_le_bytes(length.try_into().unwrap()) as usize;
+    let header = damaged(&rest[..length], damage);
+    [&(header.len() as u64).to_le_bytes()[..], &header, &rest[length..]].concat()
+}
+
 fn read_arena(json: &[u8], pairs: &[u8]) {
     for room in [None, Some(1)] {
         if let Ok(arena) = Arena::from_json(json, "a.json", room) {
@@ -211,6 +252,8 @@ proptest! {
         prop_assert!(Deployment::from_bytes("x.map", &bytes).is_err());
         prop_assert!(golden::check_text("x.trace", &words).is_err());
         read_result(&words);
+        read_eem_san(&bytes);
+        read_success(&words);
         read_arena(&bytes, &bytes);
     }
 
@@ -253,6 +296,30 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn damaged_eem_sans_never_panic() {
+    for frames in [true, false] {
+        let good = eem_san(frames, &|_, _, _| ());
+        read_eem_san(&good);
+        let config =
+            ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) };
+        proptest!(config, |(damage in damage())| {
+            read_eem_san(&damaged(&good, &damage));
+            read_eem_san(&with_damaged_header(&good, &damage));
+        });
+    }
+}
+
+#[test]
+fn damaged_tables_never_panic() {
+    let good = success();
+    assert!(SuccessTable::from_json("x", &text(&good)).is_ok());
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) };
+    proptest!(config, |(damage in damage())| {
+        read_success(&text(&damaged(&good, &damage)));
+    });
 }
 
 #[test]

@@ -231,7 +231,7 @@ pub(super) fn as_json(
         "revision": REVISION,
         "seed": args.seed,
         "network": args.network,
-        "trained": args.network != UNTRAINED,
+        "random_weights": args.network == UNTRAINED,
         "arena": args.arena,
         "v_max_m_per_s": args.v_max,
         "ticks": measured.ticks,

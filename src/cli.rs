@@ -12,6 +12,7 @@ mod inspect;
 mod output;
 mod report;
 mod run;
+mod table5;
 mod thresholds;
 mod trace;
 mod train;
@@ -57,6 +58,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Thresholds(args) => thresholds::run(&args),
         Verb::Camera(args) => camera::run(&args),
         Verb::Demo(args) => demo::run(&args),
+        Verb::Table5(args) => table5::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Train(args) => train::run(&args),

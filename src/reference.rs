@@ -5,11 +5,13 @@
 //! ```
 //! The first step is measured (`spikeloop agreement`), the others are exact and tested.
 
+pub mod counted;
 pub mod eem_san;
 pub mod event_encoder;
 pub mod fixed;
 pub mod float;
 
+pub use counted::CountedEemSan;
 pub use eem_san::EemSanPolicy;
 pub use event_encoder::FloatEncoder;
 pub use fixed::FixedNetwork;

@@ -48,6 +48,8 @@ pub(super) enum Verb {
     Arena(ArenaArgs),
     /// Firing thresholds of networks by layer, as a table and a picture
     Thresholds(ThresholdsArgs),
+    /// What a decision costs beside artificial counterparts (Table 5), in four accountings
+    Table5(Table5Args),
     /// Put results of `drive` into one HTML page
     Report(ReportArgs),
     /// Record or check golden traces
@@ -333,6 +335,28 @@ pub(super) struct CameraArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) encoder: Option<PathBuf>,
     /// Statistics to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct Table5Args {
+    /// EEM-SAN (.safetensors) or built-in name; by default its sizes with random weights
+    #[arg(default_value = "untrained", value_name = "NETWORK")]
+    pub(super) network: String,
+    /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
+    #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
+    pub(super) arena: String,
+    /// Simulated time to drive for, in whole seconds
+    #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=2000))]
+    pub(super) seconds: u64,
+    /// Seed of all random streams, and of random weights
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Fastest wheel speed
+    #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
+    pub(super) v_max: f64,
+    /// Counts, rates and ratios to write
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
 }

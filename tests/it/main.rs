@@ -11,4 +11,5 @@ mod fuzz;
 mod golden;
 mod nets;
 mod san;
+mod table5;
 mod tidy;

@@ -33,7 +33,7 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Rooms of the main crate and the rooms that each may use.
-const ROOMS: [(&str, &[&str]); 17] = [
+const ROOMS: [(&str, &[&str]); 18] = [
     ("files", &[]),
     ("rng", &[]),
     ("npz", &["files"]),
@@ -44,7 +44,8 @@ const ROOMS: [(&str, &[&str]); 17] = [
     ("net", &["files", "npz", "policy"]),
     ("coding", &["net", "policy", "rng"]),
     ("compile", &["net"]),
-    ("reference", &["coding", "compile", "net", "policy", "rng"]),
+    ("cost", &["net"]),
+    ("reference", &["coding", "compile", "cost", "net", "policy", "rng"]),
     ("host", &["coding", "compile", "net", "policy", "rng"]),
     ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
     ("evaluate", &["closed_loop", "host", "net", "policy", "reference", "rng", "world"]),

@@ -122,6 +122,10 @@ pub struct ActorConfig {
     pub tau: f32,
     /// Two critics in place of one.
     pub twin_critics: bool,
+    /// Whether critics see where the movers are and how far it is, in place of what the actor sees.
+    pub insight: bool,
+    /// Rewards that are summed before a critic judges the rest: 1 in the plain recipe.
+    pub reward_steps: usize,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
 }
@@ -248,6 +252,7 @@ impl ActorConfig {
         range(file, "memory", config.memory as f64, config.batch as f64, 1e6)?;
         range(file, "discount", f64::from(config.discount), 0.0, 1.0)?;
         range(file, "tau", f64::from(config.tau), 0.0, 1.0)?;
+        range(file, "reward_steps", config.reward_steps as f64, 1.0, 200.0)?;
         range(file, "number of phases", config.phases.len() as f64, 1.0, 100.0)?;
         config.phases.iter().try_for_each(|phase| phase.check(file))?;
         Ok(config)
@@ -256,7 +261,8 @@ impl ActorConfig {
     /// The same phases for a few seconds: it shows that everything runs, and trains nothing.
     pub fn quick(mut self) -> Self {
         self.batch = self.batch.min(16);
-        self.flight = FlightConfig { worlds: 2, ticks_per_round: 12, ..self.flight };
+        self.reward_steps = self.reward_steps.min(3);
+        self.flight = FlightConfig { worlds: 2, ticks_per_round: 14, ..self.flight };
         self.phases.iter_mut().for_each(|phase| phase.rounds = 1);
         self
     }

@@ -2,7 +2,7 @@ use super::*;
 use crate::nn::StateReader;
 
 const HSVAE: &str = include_str!("train/configs/hsvae.toml");
-const LASER_ONLY: &str = include_str!("train/configs/laser_only.toml");
+const THIRD: &str = include_str!("train/configs/third.toml");
 
 fn saved(write: impl FnOnce(&mut StateWriter)) -> Vec<u8> {
     let mut state = StateWriter::default();
@@ -12,7 +12,7 @@ fn saved(write: impl FnOnce(&mut StateWriter)) -> Vec<u8> {
 
 #[test]
 fn actor_goes_on_from_a_checkpoint_byte_for_byte() {
-    let config = ActorConfig::from_toml("f", LASER_ONLY).unwrap().quick();
+    let config = ActorConfig::from_toml("f", THIRD).unwrap().quick();
     let mut whole = ActorTraining::new(&config, None, 1).unwrap();
     let rounds = whole.rounds();
     assert!(rounds >= 2, "the test needs rounds");
@@ -56,8 +56,7 @@ fn exported_actor_and_encoder_are_a_network() {
     let config = HsvaeConfig::from_toml("f", HSVAE).unwrap().quick();
     let weights = HsvaeTraining::new(&config, 1).unwrap().weights();
     let encoder = crate::net::EemSan::encoder_from_bytes("w", &weights).unwrap();
-    let laser_only = ActorConfig::from_toml("f", LASER_ONLY).unwrap().quick();
-    let config = ActorConfig { events: true, ..laser_only };
+    let config = ActorConfig::from_toml("f", THIRD).unwrap().quick();
     let training = ActorTraining::new(&config, Some(&encoder), 1).unwrap();
     let bytes = saved(|state| {
         training.add_weights(state);

@@ -67,17 +67,15 @@ pub struct ActorReport {
 }
 
 impl ActorTraining {
-    /// Fresh networks; `encoder` for an actor with events.
+    /// Fresh networks: EEM-SAN's with an encoder, the laser-only control's without.
     ///
-    /// Errors: settings of the flights out of their limits. Panics when an actor with events gets
-    /// no encoder.
+    /// Errors: settings of the flights out of their limits.
     pub fn new(
         config: &ActorConfig,
         encoder: Option<&EventEncoder>,
         threads: usize,
     ) -> Result<Self, TrainConfigError> {
-        assert_eq!(config.events, encoder.is_some(), "an actor with events needs an encoder");
-        let shape = config.shape();
+        let shape = config.shape(encoder.map(|encoder| encoder.readout.bias.len()));
         let first = config.phase(0).0;
         let settings = DdpgSettings {
             actor: AdamSettings::with_rate(first.actor_rate),
@@ -90,7 +88,7 @@ impl ActorTraining {
         let width = shape.observations();
         let seen = if config.insight { INSIGHT } else { width };
         Ok(Self {
-            trial: config.flight.trial("configuration", config.events)?,
+            trial: config.flight.trial("configuration", encoder.is_some())?,
             threads,
             encoder: encoder.map(FloatEncoder::new),
             ddpg: Ddpg::new(&settings, &shape, &CriticShape::eem_san(seen), config.seed),

@@ -9,6 +9,9 @@ use crate::train::rooms::RoomRules;
 use crate::world::dvs::CameraConfig;
 use crate::world::robot::Actuators;
 
+/// What the population code of the DVS state covers, deviations.
+const LATENT_RANGE: (f32, f32) = (-3.0, 3.0);
+
 /// A configuration that cannot be used.
 #[derive(Debug, Error)]
 pub enum TrainConfigError {
@@ -108,8 +111,6 @@ pub struct HsvaeConfig {
 pub struct ActorConfig {
     /// Seed of all random streams.
     pub seed: u64,
-    /// Whether the actor has the DVS branch.
-    pub events: bool,
     /// Flights.
     pub flight: FlightConfig,
     /// Transitions of a batch.
@@ -247,7 +248,7 @@ impl ActorConfig {
     /// Errors: not TOML, an unknown key, a number outside of its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, TrainConfigError> {
         let config: Self = parse(file, text)?;
-        config.flight.trial(file, config.events)?;
+        config.flight.trial(file, true)?;
         range(file, "batch", config.batch as f64, 2.0, 65536.0)?;
         range(file, "memory", config.memory as f64, config.batch as f64, 1e6)?;
         range(file, "discount", f64::from(config.discount), 0.0, 1.0)?;
@@ -267,9 +268,10 @@ impl ActorConfig {
         self
     }
 
-    /// Sizes of the actor.
-    pub fn shape(&self) -> ActorShape {
-        if self.events { ActorShape::eem_san() } else { ActorShape::laser_only() }
+    /// Sizes of the actor; `latent` are the dimensions of the DVS state, when there is one.
+    pub fn shape(&self, latent: Option<usize>) -> ActorShape {
+        let dvs = vec![LATENT_RANGE; latent.unwrap_or(0)];
+        ActorShape { dvs, ..ActorShape::eem_san() }
     }
 
     /// Rounds of all phases.

@@ -1,8 +1,12 @@
 use super::*;
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
-const EEM_SAN: &str = include_str!("configs/eem_san.toml");
-const LASER_ONLY: &str = include_str!("configs/laser_only.toml");
+const ACTORS: [&str; 4] = [
+    include_str!("configs/first.toml"),
+    include_str!("configs/second.toml"),
+    include_str!("configs/third.toml"),
+    include_str!("configs/plain.toml"),
+];
 
 fn hsvae_error(from: &str, to: &str) -> String {
     assert!(HSVAE.contains(from), "{from:?} is not in the file");
@@ -10,21 +14,16 @@ fn hsvae_error(from: &str, to: &str) -> String {
 }
 
 fn actor_error(from: &str, to: &str) -> String {
-    assert!(EEM_SAN.contains(from), "{from:?} is not in the file");
-    ActorConfig::from_toml("f.toml", &EEM_SAN.replacen(from, to, 1)).unwrap_err().to_string()
+    assert!(ACTORS[0].contains(from), "{from:?} is not in the file");
+    ActorConfig::from_toml("f.toml", &ACTORS[0].replacen(from, to, 1)).unwrap_err().to_string()
 }
 
 #[test]
 fn configurations_that_ship_are_read() {
     HsvaeConfig::from_toml("hsvae.toml", HSVAE).unwrap();
-    let with = ActorConfig::from_toml("eem_san.toml", EEM_SAN).unwrap();
-    let without = ActorConfig::from_toml("laser_only.toml", LASER_ONLY).unwrap();
-    assert!(with.events && !without.events);
-    assert_eq!(
-        ActorConfig { events: false, ..with },
-        without,
-        "the control is trained the same way"
-    );
+    for text in ACTORS {
+        ActorConfig::from_toml("actor", text).unwrap();
+    }
 }
 
 #[test]
@@ -60,7 +59,7 @@ fn bad_text_is_refused_with_its_place() {
 
 #[test]
 fn rounds_find_their_phase() {
-    let config = ActorConfig::from_toml("f", EEM_SAN).unwrap();
+    let config = ActorConfig::from_toml("f", ACTORS[0]).unwrap();
     let first = config.phases[0].rounds;
     assert_eq!(config.phase(0), (&config.phases[0], 0.0));
     assert_eq!(config.phase(first), (&config.phases[1], 0.0));

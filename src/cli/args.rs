@@ -104,9 +104,10 @@ pub(super) enum TrainVerb {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct CompileArgs {
-    /// Description file (.toml), integer network (.json), or a built-in name (reflex, san)
+    /// Description file (.toml), EEM-SAN (.safetensors), integer network (.json), or a built-in
+    /// name (reflex, san, eem-san, laser-only)
     pub(super) network: String,
-    /// Trained weights (.safetensors), or .npz for an integer network
+    /// Trained weights (.safetensors) of a description, or .npz for an integer network
     #[arg(long, value_name = "FILE")]
     pub(super) weights: Option<PathBuf>,
     /// Built-in chip, or a chip file (.toml)

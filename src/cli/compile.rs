@@ -6,7 +6,7 @@ use hw_model::ChipSpec;
 use spikeloop::compile::Policy;
 use spikeloop::files;
 use spikeloop::host::Deployment;
-use spikeloop::net::{builtin, integer};
+use spikeloop::net::{Controller, builtin, integer};
 
 use crate::cli::args::CompileArgs;
 use crate::cli::output::{check_outputs, header, say};
@@ -33,8 +33,11 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
-        let network = builtin::read(&args.network, weights)?;
-        return Ok(Deployment::compile(&network, &policy, &chip, args.neurons_per_core)?);
+        let cores = args.neurons_per_core;
+        return Ok(match builtin::open(&args.network, weights)? {
+            Controller::Described(n) => Deployment::compile(&n, &policy, &chip, cores)?,
+            Controller::EemSan(n) => Deployment::compile_eem_san(&n, &policy, &chip, cores)?,
+        });
     }
     if let Some(policy) = &args.policy {
         return Err(format!(

@@ -43,7 +43,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("closed_loop", &["policy", "rng", "world"]),
     ("net", &["files", "npz", "policy"]),
     ("coding", &["net", "policy", "rng"]),
-    ("compile", &["net"]),
+    ("compile", &["net", "policy"]),
     ("cost", &["net"]),
     ("reference", &["coding", "compile", "cost", "net", "policy", "rng"]),
     ("host", &["coding", "compile", "net", "policy", "rng"]),

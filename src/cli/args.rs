@@ -12,6 +12,8 @@ use spikeloop::world::robot::Actuators;
 /// Most chip steps of a run: more than two hours of 1 ms steps.
 pub(super) const STEPS_MAX: usize = 10_000_000;
 const THREADS_MAX: usize = 256;
+/// Most control ticks of a comparison.
+const TICKS_MAX: usize = 1_000_000;
 const REPEATS_MAX: u64 = 1000;
 
 /// Whole numbers from 1 on.
@@ -50,6 +52,8 @@ pub(super) enum Verb {
     Thresholds(ThresholdsArgs),
     /// What a decision costs beside artificial counterparts (Table 5), in four accountings
     Table5(Table5Args),
+    /// Compare a compiled EEM-SAN with its float network, layer by layer, on equal observations
+    Agree(AgreeArgs),
     /// Put results of `drive` into one HTML page
     Report(ReportArgs),
     /// Record or check golden traces
@@ -358,6 +362,32 @@ pub(super) struct Table5Args {
     #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
     pub(super) v_max: f64,
     /// Counts, rates and ratios to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct AgreeArgs {
+    /// Core map of an EEM-SAN or its laser-only control
+    pub(super) map: PathBuf,
+    /// The network that it was compiled from: weights (.safetensors) or built-in name
+    pub(super) network: String,
+    /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
+    #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
+    pub(super) arena: String,
+    /// Control ticks to compare; the float network drives, one trial after the other
+    #[arg(long, default_value_t = 200, value_name = "N", value_parser = up_to(TICKS_MAX))]
+    pub(super) ticks: usize,
+    /// Seed of all random streams
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Fastest wheel speed
+    #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
+    pub(super) v_max: f64,
+    /// Engine
+    #[arg(long, value_enum, default_value = "event")]
+    pub(super) engine: EngineArg,
+    /// Counts to write
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
 }

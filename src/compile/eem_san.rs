@@ -12,16 +12,12 @@
 use hw_model::ChipSpec;
 
 use crate::compile::error::CompileError;
-use crate::compile::graph::{
-    GraphPopulation, IntegerGraph, Mantissas, Projection, Signs, Source,
-};
+use crate::compile::graph::{GraphPopulation, IntegerGraph, Mantissas, Projection, Signs, Source};
 use crate::compile::policy::Policy;
-use crate::compile::quantize::{
-    BIAS_PORT, QuantizedLayer, population, quantize_layer, transposed,
-};
+use crate::compile::quantize::{BIAS_PORT, QuantizedLayer, population, quantize_layer, transposed};
+use crate::net::Layer;
 use crate::net::conv2d::{Conv2d, Shape};
 use crate::net::eem_san::{ConvLayer, EemSan, EventEncoder, KERNEL};
-use crate::net::Layer;
 use crate::policy::FRAME_PIXELS;
 
 /// Name of the port that takes event frames, one line for each pixel, row by row.
@@ -139,10 +135,7 @@ impl Builder<'_> {
     ) -> Source {
         let target = self.graph.populations.len();
         let about = population(layer, &quantized);
-        self.graph.populations.push(GraphPopulation {
-            neurons: layer.neurons * area,
-            ..about
-        });
+        self.graph.populations.push(GraphPopulation { neurons: layer.neurons * area, ..about });
         let of_neurons = quantized.bias.iter().flat_map(|m| std::iter::repeat_n(*m, area));
         let bias = Projection {
             sources: vec![self.port(BIAS_PORT)],

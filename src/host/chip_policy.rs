@@ -40,11 +40,7 @@ pub struct HostCounts {
 impl HostCounts {
     /// Every counter with its name, in a fixed order.
     pub fn named(&self) -> [(&'static str, u64); 3] {
-        [
-            ("readout_macs", self.readout_macs),
-            ("gaussians", self.gaussians),
-            ("draws", self.draws),
-        ]
+        [("readout_macs", self.readout_macs), ("gaussians", self.gaussians), ("draws", self.draws)]
     }
 }
 

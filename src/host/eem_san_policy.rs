@@ -74,10 +74,21 @@ impl EemSanChipPolicy {
     ///
     /// Panics as `act` does.
     pub fn act_watched(&mut self, observation: &Observation, tick: u64) -> (Action, LayerSpikes) {
-        self.watches = true;
+        self.watch(true);
         let action = self.act(observation, tick);
-        self.watches = false;
-        (action, std::mem::take(&mut self.seen))
+        let seen = self.take_spikes();
+        self.watch(false);
+        (action, seen)
+    }
+
+    /// Whether to keep the spikes of all layers from now on.
+    pub fn watch(&mut self, on: bool) {
+        self.watches = on;
+    }
+
+    /// The kept spikes: a layer for each window that has passed, in the order of the program.
+    pub fn take_spikes(&mut self) -> LayerSpikes {
+        std::mem::take(&mut self.seen)
     }
 
     /// The encoder's phase of a control tick: voltages of its last layer in its last step, before
@@ -106,7 +117,7 @@ impl EemSanChipPolicy {
             .collect();
         // Voltages before the last step, currents after it.
         self.engine.count_host_reads(2 * self.latent.len() as u64);
-        self.watch(&phase.layers, phase.frames, start, &record);
+        self.keep(&phase.layers, phase.frames, start, &record);
         self.count_phase(&phase, &counted);
         voltages
     }
@@ -132,7 +143,7 @@ impl EemSanChipPolicy {
             }
             before = after;
         }
-        self.watch(&windows, self.program.steps, start, &record);
+        self.keep(&windows, self.program.steps, start, &record);
         let counts = self.count_output(&record, start, output);
         self.engine.count_host_reads(counts.len() as u64);
         // Now, not before the next decision: spikes under way would arrive at held cores.
@@ -205,7 +216,7 @@ impl EemSanChipPolicy {
     }
 
     /// Keeps what the populations of `windows` did in their windows.
-    fn watch(&mut self, windows: &[Window], len: u32, start: u64, record: &SpikeRecord) {
+    fn keep(&mut self, windows: &[Window], len: u32, start: u64, record: &SpikeRecord) {
         if !self.watches {
             return;
         }

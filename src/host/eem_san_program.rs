@@ -180,7 +180,12 @@ impl EemSanProgram {
     }
 
     /// What the host injects in step `step` of the encoder's phase.
-    pub(super) fn frames_at(&self, phase: &EncoderPhase, frames: &[EventFrame], step: u32) -> Injected {
+    pub(super) fn frames_at(
+        &self,
+        phase: &EncoderPhase,
+        frames: &[EventFrame],
+        step: u32,
+    ) -> Injected {
         let frame = frames.get(step as usize).filter(|_| step < phase.frames);
         let pixels = frame.into_iter().flat_map(EventFrame::active);
         let pixels = pixels.map(|pixel| (0, phase.pixel_port, pixel as u32));
@@ -275,7 +280,9 @@ impl EemSanProgram {
                 ));
             }
             if *start == 0 || *start > chip_steps - len {
-                return Err(format!("{phase}: a window of {len} from step {start} of {chip_steps}"));
+                return Err(format!(
+                    "{phase}: a window of {len} from step {start} of {chip_steps}"
+                ));
             }
         }
         Ok(())

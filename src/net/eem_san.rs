@@ -186,6 +186,13 @@ impl EemSan {
         })
     }
 
+    /// Name and neurons of every layer: encoder, branches, decision module.
+    pub fn layers(&self) -> Vec<(&str, usize)> {
+        let encoder = self.encoder.iter().flat_map(|encoder| &encoder.layers);
+        let encoder = encoder.map(|layer| (layer.name.as_str(), layer.neurons()));
+        encoder.chain(self.dense_layers().map(|l| (l.name.as_str(), l.neurons))).collect()
+    }
+
     /// All fully connected layers: those of the branches, then the decision module.
     pub fn dense_layers(&self) -> impl Iterator<Item = &Layer> {
         let branches = [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten();

@@ -31,12 +31,11 @@ pub(super) struct FixedLayer {
 impl FixedNetwork {
     /// The same layers as `network`, with the mantissas of `quantized`.
     pub fn new(network: &Network, quantized: &Quantized, chip: &ChipSpec) -> Self {
-        let layer =
-            |(layer, q): (&crate::net::Layer, &QuantizedLayer)| {
-                let population = quantized.graph.populations.iter().find(|p| p.name == layer.name);
-                let population = population.expect("every layer is a population");
-                FixedLayer::new(population, q, chip)
-            };
+        let layer = |(layer, q): (&crate::net::Layer, &QuantizedLayer)| {
+            let population = quantized.graph.populations.iter().find(|p| p.name == layer.name);
+            let population = population.expect("every layer is a population");
+            FixedLayer::new(population, q, chip)
+        };
         let layers = network.layers.iter().zip(&quantized.layers).map(layer).collect();
         Self { layers, widths: Widths::new(&chip.arithmetic) }
     }

@@ -128,8 +128,7 @@ impl FixedConv {
         let mut sums: Vec<i64> =
             bias.flat_map(|bias| std::iter::repeat_n(*bias, half * half)).collect();
         for neuron in input.iter().map(|neuron| *neuron as usize) {
-            let (channel, y, x) =
-                (neuron / (side * side), neuron / side % side, neuron % side);
+            let (channel, y, x) = (neuron / (side * side), neuron / side % side, neuron % side);
             // Output row r sees input rows 2 r - 1 to 2 r + 2 through kernel rows 0 to 3.
             for row in (0..half).filter(|row| (2 * row..2 * row + KERNEL).contains(&(y + 1))) {
                 for column in (0..half).filter(|c| (2 * c..2 * c + KERNEL).contains(&(x + 1))) {

@@ -48,7 +48,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("reference", &["coding", "compile", "cost", "net", "policy", "rng"]),
     ("host", &["coding", "compile", "net", "policy", "rng"]),
     ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
-    ("evaluate", &["closed_loop", "host", "net", "policy", "reference", "rng", "world"]),
+    ("evaluate", &["closed_loop", "coding", "host", "net", "policy", "reference", "rng", "world"]),
     ("report", &["closed_loop", "evaluate", "host", "world"]),
     (
         "golden",

@@ -107,7 +107,8 @@ fn print(agreement: &Agreement, trials: usize, wall_s: f64) -> Result<(), Failur
         "float spikes",
         "chip spikes",
         "in both",
-        "agreement (%)",
+        "same step (%)",
+        "same tick (%)",
         "rate (%)",
     ]);
     for layer in &agreement.layers {
@@ -119,12 +120,17 @@ fn print(agreement: &Agreement, trials: usize, wall_s: f64) -> Result<(), Failur
             layer.chip.to_string(),
             layer.both.to_string(),
             format!("{:.3}", 100.0 * layer.share()),
+            format!("{:.3}", 100.0 * layer.share_in_tick()),
             format!("{:.3}", 100.0 * layer.float as f64 / sites),
         ]);
     }
     say(table)?;
-    say("agreement: spikes of both in the same step, of the spikes of either")?;
+    say("same step, same tick: spikes of a neuron in both, of its spikes in either")?;
     let (ticks, n) = (agreement.ticks, agreement.ticks.max(1) as f64);
+    say(format_args!(
+        "DVS state: mean difference {:.4} (its deviation in training is 1)",
+        agreement.state_difference_sum / n
+    ))?;
     say(format_args!(
         "actions equal in {} of {ticks} ticks of {trials} trials, mean difference {:.4}, largest {:.2} (of the wheel's range)",
         agreement.equal_actions,

@@ -55,6 +55,9 @@ pub struct Agreement {
     pub action_difference_sum: f64,
     /// Largest absolute difference of a wheel.
     pub action_difference_max: f64,
+    /// Sum over ticks of the mean absolute difference of the DVS state's numbers, which have unit
+    /// deviation in training.
+    pub state_difference_sum: f64,
     /// Layers: encoder, branches, decision module.
     pub layers: Vec<LayerAgreement>,
 }
@@ -74,14 +77,25 @@ pub struct LayerAgreement {
     pub chip: u64,
     /// Spikes of the same neuron in the same step.
     pub both: u64,
+    /// Spikes of the same neuron in the same control tick, in whatever step.
+    pub both_in_tick: u64,
 }
 
 impl LayerAgreement {
     /// Share of the spikes of either that are spikes of both; 1 when there were none.
     pub fn share(&self) -> f64 {
-        match self.float + self.chip - self.both {
+        self.share_of(self.both)
+    }
+
+    /// The same, for spikes of a neuron in the same control tick.
+    pub fn share_in_tick(&self) -> f64 {
+        self.share_of(self.both_in_tick)
+    }
+
+    fn share_of(&self, both: u64) -> f64 {
+        match self.float + self.chip - both {
             0 => 1.0,
-            either => self.both as f64 / either as f64,
+            either => both as f64 / either as f64,
         }
     }
 }
@@ -129,6 +143,7 @@ impl Comparison {
         let (action, float) = self.float.act_watched(observation, tick);
         let (on_chip, chip) = self.chip.act_watched(observation, tick);
         self.counted.add(&action, &on_chip);
+        self.counted.add_states(self.float.dvs_state(), self.chip.dvs_state());
         self.counted.add_spikes(&float, &chip);
         action
     }
@@ -153,6 +168,11 @@ impl Agreement {
         self.action_difference_max = self.action_difference_max.max(left).max(right);
     }
 
+    fn add_states(&mut self, float: &[f32], chip: &[f32]) {
+        let apart = float.iter().zip(chip).map(|(a, b)| f64::from((a - b).abs()));
+        self.state_difference_sum += apart.sum::<f64>() / float.len().max(1) as f64;
+    }
+
     fn add_spikes(&mut self, float: &LayerSpikes, chip: &LayerSpikes) {
         for (layer, (float, chip)) in self.layers.iter_mut().zip(float.iter().zip(chip)) {
             for (float, chip) in float.iter().zip(chip) {
@@ -162,8 +182,18 @@ impl Agreement {
                 layer.chip += chip.len() as u64;
                 layer.both += both.count() as u64;
             }
+            let (float, chip) = (counts(float, layer.neurons), counts(chip, layer.neurons));
+            let least = float.iter().zip(&chip).map(|(a, b)| u64::from(*a.min(b)));
+            layer.both_in_tick += least.sum::<u64>();
         }
     }
+}
+
+/// Spikes of each neuron over all steps.
+fn counts(steps: &[Vec<u32>], neurons: u64) -> Vec<u32> {
+    let mut counts = vec![0; neurons as usize];
+    steps.iter().flatten().for_each(|neuron| counts[*neuron as usize] += 1);
+    counts
 }
 
 fn listed(layers: &[(&str, usize)]) -> String {

@@ -26,6 +26,7 @@ pub struct EemSanChipPolicy {
     /// Whether spikes of all layers are kept.
     watches: bool,
     seen: LayerSpikes,
+    dvs_state: Vec<f32>,
     used: ChipUse,
 }
 
@@ -58,6 +59,7 @@ impl EemSanChipPolicy {
             streams: Streams::new(0, 0),
             watches: false,
             seen: LayerSpikes::new(),
+            dvs_state: Vec::new(),
             used: ChipUse::default(),
             program,
             engine,
@@ -79,6 +81,11 @@ impl EemSanChipPolicy {
         let seen = self.take_spikes();
         self.watch(false);
         (action, seen)
+    }
+
+    /// The DVS state of the last tick; empty without an encoder.
+    pub fn dvs_state(&self) -> &[f32] {
+        &self.dvs_state
     }
 
     /// Whether to keep the spikes of all layers from now on.
@@ -309,6 +316,7 @@ impl Policy for EemSanChipPolicy {
             let voltages = self.encode(frames);
             let state = self.latent_state(&voltages);
             inputs.push(self.code(1, &state, stream::DVS_POPULATION, tick));
+            self.dvs_state = state;
         }
         decode(&self.decide(&inputs), self.program.steps)
     }

@@ -288,3 +288,7 @@ impl EemSanProgram {
         Ok(())
     }
 }
+
+#[cfg(test)]
+#[path = "eem_san_program_tests.rs"]
+mod tests;

@@ -70,6 +70,7 @@ pub struct EemSanPolicy {
     encoder: Option<FloatEncoder>,
     decision: FloatDecision,
     streams: Streams,
+    dvs_state: Vec<f32>,
 }
 
 impl EemSanPolicy {
@@ -80,7 +81,13 @@ impl EemSanPolicy {
             decision: FloatDecision::new(network),
             network: network.clone(),
             streams: Streams::new(0, 0),
+            dvs_state: Vec::new(),
         }
+    }
+
+    /// The DVS state of the last tick of [`EemSanPolicy::act_watched`]; empty without an encoder.
+    pub fn dvs_state(&self) -> &[f32] {
+        &self.dvs_state
     }
 
     /// Whether the network has an encoder of event frames.
@@ -104,8 +111,8 @@ impl EemSanPolicy {
                 encoder.step(frame);
                 spikes.iter_mut().zip(encoder.spiking()).for_each(|(all, step)| all.push(step));
             }
-            let state = encoder.state();
-            inputs.push(self.spikes(dvs, &state, stream::DVS_POPULATION, tick));
+            self.dvs_state = encoder.state();
+            inputs.push(self.spikes(dvs, &self.dvs_state, stream::DVS_POPULATION, tick));
         }
         let before = spikes.len();
         spikes.resize(before + inputs.len() + self.network.decision.len(), Vec::new());

@@ -23,10 +23,11 @@ use crate::fixtures::eem_san;
 fn lively(name: &str, _: &mut Vec<usize>, values: &mut Vec<f32>) {
     let (scale, shift) = match name {
         _ if name.starts_with("hsvae.encoder.1.") => (1.0, 0.05),
-        _ if name.starts_with("hsvae.encoder.") => (1.5, 0.06),
+        _ if name.starts_with("hsvae.encoder.") && name.ends_with(".bias") => (0.2, 0.005),
+        _ if name.starts_with("hsvae.encoder.") => (0.4, 0.01),
         "hsvae.mu.weight" => (4.0, 0.0),
         _ if name.starts_with("actor.fuse.") && name.ends_with(".weight") => (3.0, 0.05),
-        _ if name.starts_with("actor.decision.") && name.ends_with(".weight") => (3.0, 0.1),
+        _ if name.starts_with("actor.decision.") && name.ends_with(".weight") => (2.0, 0.02),
         _ => (1.0, 0.0),
     };
     values.iter_mut().for_each(|value| *value = scale * *value + shift);
@@ -130,7 +131,12 @@ fn chip_equals_the_fixed_point_reference_in_every_layer_by_every_policy() {
     for policy in POLICIES {
         let spikes = compare(&network, &policy, 6, event);
         println!("{}: {spikes:?}", policy.name);
-        assert!(spikes.iter().all(|n| *n > 0), "{}: a silent layer: {spikes:?}", policy.name);
+        for ((layer, neurons), spikes) in network.layers().iter().zip(spikes) {
+            let share = spikes as f64 / (60 * neurons) as f64;
+            // Layers of a few neurons may all spike in every step.
+            let partial = share > 0.0 && (share < 1.0 || *neurons <= 16);
+            assert!(partial, "{layer}: {share}; all or nothing tests little");
+        }
     }
 }
 

@@ -31,6 +31,7 @@ fn ddpg(c: &mut Criterion) {
         rewards: &rewards,
         next_observations: &next,
         terminal: &[0.0; BATCH],
+        judged: None,
     };
     let streams = Streams::new(1, 0);
     let mut group = c.benchmark_group("nn/ddpg_update/batch_256");

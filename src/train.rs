@@ -57,3 +57,7 @@ fn on_each<T: Send>(items: &mut [T], threads: usize, work: impl Fn(&mut T) + Syn
         std::panic::resume_unwind(panic);
     }
 }
+
+#[cfg(test)]
+#[path = "train_tests.rs"]
+mod tests;

@@ -71,7 +71,7 @@ pub(super) enum Verb {
 pub(super) struct TrainArgs {
     #[command(subcommand)]
     pub(super) what: TrainVerb,
-    /// Configuration (TOML); by default the one that the shipped weights were trained with
+    /// Configuration (TOML) in place of a built-in one
     #[arg(long, value_name = "FILE", global = true)]
     pub(super) config: Option<PathBuf>,
     /// Folder for checkpoint, weights and curves
@@ -91,6 +91,19 @@ pub(super) struct TrainArgs {
     pub(super) checkpoint_every: u64,
 }
 
+/// Built-in configurations of the actor's training.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum RecipeArg {
+    /// Follow the planner, without events
+    First,
+    /// Follow the planner, with events if there is an encoder
+    Second,
+    /// Follow critics that see the movers
+    Third,
+    /// The paper's: DDPG, one world, no planner
+    Plain,
+}
+
 #[derive(Debug, Subcommand)]
 pub(super) enum TrainVerb {
     /// The auto-encoder of event frames (HSVAE)
@@ -100,6 +113,9 @@ pub(super) enum TrainVerb {
         /// Weights of the auto-encoder, as `train hsvae` writes them
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,
+        /// Built-in configuration
+        #[arg(long, value_enum, default_value_t = RecipeArg::First)]
+        recipe: RecipeArg,
         /// Begin with the actor of this weights file in place of a fresh one
         #[arg(long, value_name = "FILE")]
         from: Option<PathBuf>,

@@ -11,14 +11,16 @@ use spikeloop::report::curves::{Curve, curves};
 use spikeloop::train::actor::Stage;
 use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, add_encoder};
 
-use crate::cli::args::{TrainArgs, TrainVerb};
+use crate::cli::args::{RecipeArg, TrainArgs, TrainVerb};
 use crate::cli::drive::all_threads;
 use crate::cli::output::{header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
-const EEM_SAN_CONFIG: &str = include_str!("../train/configs/eem_san.toml");
-const LASER_ONLY_CONFIG: &str = include_str!("../train/configs/laser_only.toml");
+const FIRST_CONFIG: &str = include_str!("../train/configs/first.toml");
+const SECOND_CONFIG: &str = include_str!("../train/configs/second.toml");
+const THIRD_CONFIG: &str = include_str!("../train/configs/third.toml");
+const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 
 /// Control ticks of each world in a measurement of the auto-encoder.
 const MEASURE_TICKS: u64 = 60;
@@ -26,7 +28,9 @@ const MEASURE_TICKS: u64 = 60;
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     let job = match &args.what {
         TrainVerb::Hsvae { .. } => hsvae(args)?,
-        TrainVerb::Actor { encoder, from } => actor(args, encoder.as_deref(), from.as_deref())?,
+        TrainVerb::Actor { encoder, recipe, from } => {
+            actor(args, *recipe, encoder.as_deref(), from.as_deref())?
+        }
     };
     Ok(job)
 }
@@ -169,25 +173,20 @@ fn read_encoder(path: &Path) -> Result<(Vec<u8>, EventEncoder), Failure> {
 
 fn actor(
     args: &TrainArgs,
+    recipe: RecipeArg,
     encoder: Option<&Path>,
     from: Option<&Path>,
 ) -> Result<Verdict, Failure> {
-    let (built_in, name) = match encoder {
-        Some(_) => (EEM_SAN_CONFIG, "eem_san.toml"),
-        None => (LASER_ONLY_CONFIG, "laser_only.toml"),
+    let (built_in, name) = match recipe {
+        RecipeArg::First => (FIRST_CONFIG, "first.toml"),
+        RecipeArg::Second => (SECOND_CONFIG, "second.toml"),
+        RecipeArg::Third => (THIRD_CONFIG, "third.toml"),
+        RecipeArg::Plain => (PLAIN_CONFIG, "plain.toml"),
     };
     let (file, text) = config_text(args, built_in, name)?;
     let mut config = ActorConfig::from_toml(&file, &text)?;
     if args.quick {
         config = config.quick();
-    }
-    if config.events != encoder.is_some() {
-        return Err(format!(
-            "{file}: events = {}, but an encoder was {}; give --encoder FILE exactly when events = true",
-            config.events,
-            if encoder.is_some() { "given" } else { "not given" }
-        )
-        .into());
     }
     let encoder = encoder.map(read_encoder).transpose()?;
     let (bytes, encoder) = encoder.unzip();
@@ -205,7 +204,7 @@ fn actor(
     if folder.resume(|state| training.read(state))? {
         say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;
     }
-    let weights = if config.events { "eem_san.safetensors" } else { "laser_only.safetensors" };
+    let weights = if encoder.is_some() { "eem_san.safetensors" } else { "laser_only.safetensors" };
     let bar = progress(training.rounds() * config.flight.ticks_per_round, "actor");
     bar.set_position(training.round() * config.flight.ticks_per_round);
     let mut left = args.rounds.unwrap_or(u64::MAX);

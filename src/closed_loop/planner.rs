@@ -157,7 +157,8 @@ impl<'t> Planner<'t> {
         care_s + end_s
     }
 
-    fn time_from(&self, pose: &Pose) -> f64 {
+    /// Time to the goal at full speed, past static obstacles alone, s.
+    pub fn time_from(&self, pose: &Pose) -> f64 {
         self.terrain.time_s(&self.ways, pose).unwrap_or(OUTSIDE_S)
     }
 }

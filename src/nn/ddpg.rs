@@ -60,8 +60,19 @@ pub struct Transitions<'a> {
     pub rewards: &'a [f32],
     /// What was seen then.
     pub next_observations: &'a [f32],
-    /// 1 where the episode ended there (goal or collision, not the step limit), else 0.
+    /// 1 where the episode ended there (goal or collision, not the step limit), else 0; between
+    /// them where the reward is that of several steps, whose discount is worked in.
     pub terminal: &'a [f32],
+    /// What the critics see in place of the observations before and after, [rows, their
+    /// dimensions]: a departure from the paper, for critics that know more than the actor.
+    pub judged: Option<[&'a [f32]; 2]>,
+}
+
+impl<'a> Transitions<'a> {
+    /// What the critics see before and after.
+    fn judged(&self) -> [&'a [f32]; 2] {
+        self.judged.unwrap_or([self.observations, self.next_observations])
+    }
 }
 
 /// What a teacher says about the rows of a batch: a departure from the paper.
@@ -151,7 +162,7 @@ pub struct Ddpg {
 }
 
 impl Ddpg {
-    /// Fresh networks; the critics see the actor's observations.
+    /// Fresh networks.
     ///
     /// Initial weights are draws of the run with seed `seed`: trial 0 for the actor, 1 and 2 for
     /// the critics. Panics when the shapes do not fit each other.
@@ -161,7 +172,6 @@ impl Ddpg {
         critic: &CriticShape,
         seed: u64,
     ) -> Self {
-        assert_eq!(actor.observations(), critic.observations, "observations of actor and critic");
         assert_eq!(actor.actions, critic.actions, "actions of actor and critic");
         let (actor_layers, critic_layers) = (Actor::new(actor), Critic::new(critic));
         let critics = if settings.twin_critics { 1..=2 } else { 1..=1 };
@@ -244,7 +254,7 @@ impl Ddpg {
         range: Range<usize>,
     ) -> Vec<(Vec<f32>, f64)> {
         let wanted = self.wanted(batch, streams, &range);
-        let observations = part(batch.observations, batch, &range);
+        let observations = part(batch.judged()[0], batch, &range);
         let actions = part(batch.actions, batch, &range);
         let one = |critic: &Learner| {
             let values = &critic.online.values;
@@ -265,9 +275,10 @@ impl Ddpg {
         let draws = self.draws(streams, stream::POPULATION_SPIKES_NEXT, range);
         let acted: ActorTrace<Rectangular> =
             self.actor_layers.forward(&self.actor.target.values, next, &draws);
+        let judged = part(batch.judged()[1], batch, range);
         let mut least = vec![f32::INFINITY; range.len()];
         for critic in &self.critics {
-            let trace = self.critic_layers.forward(&critic.target.values, next, &acted.action);
+            let trace = self.critic_layers.forward(&critic.target.values, judged, &acted.action);
             least
                 .iter_mut()
                 .zip(&trace.value)
@@ -314,7 +325,8 @@ impl Ddpg {
         let (mut d_action, mut loss) = (vec![0.0; acted.action.len()], 0.0);
         if objective.value != 0.0 {
             let critic = &self.critics[0].online.values;
-            let judged = self.critic_layers.forward(critic, observations, &acted.action);
+            let seen = part(batch.judged()[0], batch, &range);
+            let judged = self.critic_layers.forward(critic, seen, &acted.action);
             let size: f32 = judged.value.iter().map(|q| q.abs()).sum::<f32>() / range.len() as f32;
             let scale = match objective.value {
                 plain if plain < 0.0 => -plain,

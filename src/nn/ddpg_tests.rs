@@ -43,6 +43,7 @@ impl Data {
             rewards: &self.rewards,
             next_observations: &self.next,
             terminal: &self.terminal,
+            judged: None,
         }
     }
 }
@@ -70,7 +71,8 @@ fn results_depend_on_shards_only_by_rounding_and_not_on_threads() {
     let ddpg = learner(settings(1, 1));
     let streams = Streams::new(9, 0);
     let whole = ddpg.actor_shard(&data.batch(), None, &Objective::PLAIN, &streams, 0..10).0;
-    let parts = [0..3, 3..10].map(|range| ddpg.actor_shard(&data.batch(), None, &Objective::PLAIN, &streams, range).0);
+    let parts = [0..3, 3..10]
+        .map(|range| ddpg.actor_shard(&data.batch(), None, &Objective::PLAIN, &streams, range).0);
     let largest = whole.iter().fold(0.0f32, |largest, d| largest.max(d.abs()));
     assert!(largest > 0.0);
     for (sum, whole) in shards::sum(parts.to_vec()).iter().zip(&whole) {
@@ -216,4 +218,44 @@ fn costs_above_the_limit_have_no_slope() {
     assert_eq!(guide.cost(0, &[0.0, 0.0], 0.5), (0.5, [0.0, 0.0]));
     let (cost, slopes) = guide.cost(0, &[0.8, 1.0], 10.0);
     assert!((cost - 0.2).abs() < 1e-6 && slopes[0] < -0.9, "{cost} {slopes:?}");
+}
+
+#[test]
+fn critics_may_see_other_things_than_the_actor() {
+    let data = Data::new(10, 0.0);
+    let (before, after) = (gaussians(7, 30), gaussians(8, 30));
+    let batch = Transitions { judged: Some([&before, &after]), ..data.batch() };
+    let critic = CriticShape { observations: 3, actions: 2, hidden: vec![8; 2] };
+    let mut ddpg = Ddpg::new(&settings(2, 1), &shapes().0, &critic, 1);
+    let first = ddpg.update(&batch, &Streams::new(9, 0));
+    let swapped = Transitions { judged: Some([&after, &before]), ..data.batch() };
+    let mut other = Ddpg::new(&settings(2, 1), &shapes().0, &critic, 1);
+    let second = other.update(&swapped, &Streams::new(9, 0));
+    assert!(first.critic.is_finite() && first.critic != second.critic);
+}
+
+#[test]
+fn laser_only_actor_begins_one_with_events() {
+    let with_events = shapes().0;
+    let alone = ActorShape { dvs: Vec::new(), ..with_events.clone() };
+    let critic = |shape: &ActorShape| CriticShape {
+        observations: shape.observations(),
+        actions: 2,
+        hidden: vec![8; 2],
+    };
+    let teacher = Ddpg::new(&settings(1, 1), &alone, &critic(&alone), 5);
+    let mut state = StateWriter::default();
+    state.parameters("actor.", &teacher.actor.online);
+    let bytes = state.bytes();
+    let state = StateReader::new("weights", &bytes).unwrap();
+    let mut ddpg = Ddpg::new(&settings(1, 1), &with_events, &critic(&with_events), 6);
+    let fresh = ddpg.actor.online.tensor("fuse.dvs.weight").unwrap().to_vec();
+    ddpg.begin_with(&state, "actor.").unwrap();
+    for name in ["fuse.laser.weight", "decision.1.weight", "population.laser.mean"] {
+        let taken = ddpg.actor.online.tensor(name);
+        assert_eq!(taken, teacher.actor.online.tensor(name), "{name}");
+    }
+    let quiet = ddpg.actor.online.tensor("fuse.dvs.weight").unwrap();
+    assert!(quiet.iter().zip(&fresh).all(|(quiet, fresh)| (quiet - 0.1 * fresh).abs() < 1e-7));
+    assert_eq!(ddpg.actor.target, ddpg.actor.online);
 }

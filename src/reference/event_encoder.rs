@@ -129,8 +129,14 @@ impl Layer {
         }
         input.iter().for_each(|neuron| self.receive(*neuron));
         self.update();
-        let spiked = self.spiked.iter().enumerate().filter(|(_, spiked)| **spiked > 0.0);
-        spiked.map(|(neuron, _)| neuron).collect()
+        let mut output = Vec::with_capacity(self.spiked.len() / 4);
+        for (block, spiked) in self.spiked.chunks(8).enumerate() {
+            if spiked.iter().any(|s| *s > 0.0) {
+                let at = |(index, s): (usize, &f32)| (*s > 0.0).then_some(8 * block + index);
+                output.extend(spiked.iter().enumerate().filter_map(at));
+            }
+        }
+        output
     }
 
     /// A spike at row `y` reaches the output rows `(y + 1) / 2` and the one before it.

@@ -4,6 +4,8 @@
 //! worlds side by side, two critics, and a teacher, the planner that knows everything, whose
 //! actions or whose costs the actor follows.
 
+use std::collections::VecDeque;
+
 use crate::closed_loop::TrialConfig;
 use crate::closed_loop::planner::{LEVELS, Terrain};
 use crate::net::EventEncoder;
@@ -18,7 +20,7 @@ use crate::policy::Action;
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
 use crate::train::config::{ActorConfig, Phase, TrainConfigError};
-use crate::train::flight::{Ends, Flight};
+use crate::train::flight::{Ends, Flight, INSIGHT, Step};
 use crate::train::replay::{Batch, Replay};
 use crate::train::{on_each, rooms};
 use crate::world::World;
@@ -65,17 +67,15 @@ pub struct ActorReport {
 }
 
 impl ActorTraining {
-    /// Fresh networks; `encoder` for an actor with events.
+    /// Fresh networks: EEM-SAN's with an encoder, the laser-only control's without.
     ///
-    /// Errors: settings of the flights out of their limits. Panics when an actor with events gets
-    /// no encoder.
+    /// Errors: settings of the flights out of their limits.
     pub fn new(
         config: &ActorConfig,
         encoder: Option<&EventEncoder>,
         threads: usize,
     ) -> Result<Self, TrainConfigError> {
-        assert_eq!(config.events, encoder.is_some(), "an actor with events needs an encoder");
-        let shape = config.shape();
+        let shape = config.shape(encoder.map(|encoder| encoder.readout.bias.len()));
         let first = config.phase(0).0;
         let settings = DdpgSettings {
             actor: AdamSettings::with_rate(first.actor_rate),
@@ -86,12 +86,13 @@ impl ActorTraining {
             shards: Shards { count: SHARDS, threads },
         };
         let width = shape.observations();
+        let seen = if config.insight { INSIGHT } else { width };
         Ok(Self {
-            trial: config.flight.trial("configuration", config.events)?,
+            trial: config.flight.trial("configuration", encoder.is_some())?,
             threads,
             encoder: encoder.map(FloatEncoder::new),
-            ddpg: Ddpg::new(&settings, &shape, &CriticShape::eem_san(width), config.seed),
-            replay: Replay::new(width, config.memory),
+            ddpg: Ddpg::new(&settings, &shape, &CriticShape::eem_san(seen), config.seed),
+            replay: Replay::new(width, INSIGHT, config.memory),
             round: 0,
             ticks: 0,
             history: Vec::new(),
@@ -132,14 +133,14 @@ impl ActorTraining {
         self.ddpg.set_rates(phase.actor_rate, phase.critic_rate);
         let worlds = self.worlds(&phase);
         let mut flights = self.flights(&worlds, &phase);
+        let mut recent: Vec<VecDeque<Step>> = flights.iter().map(|_| VecDeque::new()).collect();
         let mut sums = Sums::default();
         for tick in 0..self.config.flight.ticks_per_round {
             self.fly(&mut flights, &phase, through, tick);
             for flight in &flights {
-                let Some(step) = &flight.last else { continue };
-                sums.reward += f64::from(step.reward);
-                self.replay.push(step);
+                sums.reward += flight.last.as_ref().map_or(0.0, |step| f64::from(step.reward));
             }
+            self.remember(&flights, &mut recent);
             self.ticks += flights.len() as u64;
             each(Stage::Flown);
             for _ in 0..phase.updates_per_tick {
@@ -154,6 +155,20 @@ impl ActorTraining {
         flights.iter().for_each(|flight| ends.add(&flight.ends));
         let ticks = self.config.flight.ticks_per_round * flights.len() as u64;
         self.finish(ends, &sums, ticks)
+    }
+
+    /// Puts every step into the memory once as many more are known as rewards are summed over, or
+    /// its flight has ended.
+    fn remember(&mut self, flights: &[Flight<'_>], recent: &mut [VecDeque<Step>]) {
+        for (flight, recent) in flights.iter().zip(recent) {
+            recent.extend(flight.last.clone());
+            let ended = recent.back().is_some_and(|step| step.ended);
+            while recent.len() >= self.config.reward_steps || (ended && !recent.is_empty()) {
+                let steps = recent.iter().take(self.config.reward_steps);
+                self.replay.push(&Step::joined(steps, self.config.discount));
+                recent.pop_front();
+            }
+        }
     }
 
     fn finish(&mut self, ends: Ends, sums: &Sums, ticks: u64) -> ActorReport {
@@ -236,7 +251,10 @@ impl ActorTraining {
             cost_max: phase.cost_max,
         };
         let guide = Guide { levels: LEVELS, actions: &batch.planned, costs: &batch.costs };
-        let transitions = transitions(&batch);
+        let mut transitions = transitions(&batch);
+        if self.config.insight {
+            transitions.judged = Some([&batch.insights, &batch.next_insights]);
+        }
         self.ddpg.update_guided(&transitions, Some(&guide), &objective, phase.critic, &streams)
     }
 
@@ -284,6 +302,7 @@ fn transitions(batch: &Batch) -> Transitions<'_> {
         rewards: &batch.rewards,
         next_observations: &batch.next_observations,
         terminal: &batch.terminal,
+        judged: None,
     }
 }
 

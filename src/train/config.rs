@@ -9,6 +9,9 @@ use crate::train::rooms::RoomRules;
 use crate::world::dvs::CameraConfig;
 use crate::world::robot::Actuators;
 
+/// What the population code of the DVS state covers, deviations.
+const LATENT_RANGE: (f32, f32) = (-3.0, 3.0);
+
 /// A configuration that cannot be used.
 #[derive(Debug, Error)]
 pub enum TrainConfigError {
@@ -108,8 +111,6 @@ pub struct HsvaeConfig {
 pub struct ActorConfig {
     /// Seed of all random streams.
     pub seed: u64,
-    /// Whether the actor has the DVS branch.
-    pub events: bool,
     /// Flights.
     pub flight: FlightConfig,
     /// Transitions of a batch.
@@ -122,6 +123,10 @@ pub struct ActorConfig {
     pub tau: f32,
     /// Two critics in place of one.
     pub twin_critics: bool,
+    /// Whether critics see where the movers are and how far it is, in place of what the actor sees.
+    pub insight: bool,
+    /// Rewards that are summed before a critic judges the rest: 1 in the plain recipe.
+    pub reward_steps: usize,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
 }
@@ -243,11 +248,12 @@ impl ActorConfig {
     /// Errors: not TOML, an unknown key, a number outside of its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, TrainConfigError> {
         let config: Self = parse(file, text)?;
-        config.flight.trial(file, config.events)?;
+        config.flight.trial(file, true)?;
         range(file, "batch", config.batch as f64, 2.0, 65536.0)?;
         range(file, "memory", config.memory as f64, config.batch as f64, 1e6)?;
         range(file, "discount", f64::from(config.discount), 0.0, 1.0)?;
         range(file, "tau", f64::from(config.tau), 0.0, 1.0)?;
+        range(file, "reward_steps", config.reward_steps as f64, 1.0, 200.0)?;
         range(file, "number of phases", config.phases.len() as f64, 1.0, 100.0)?;
         config.phases.iter().try_for_each(|phase| phase.check(file))?;
         Ok(config)
@@ -256,14 +262,16 @@ impl ActorConfig {
     /// The same phases for a few seconds: it shows that everything runs, and trains nothing.
     pub fn quick(mut self) -> Self {
         self.batch = self.batch.min(16);
-        self.flight = FlightConfig { worlds: 2, ticks_per_round: 12, ..self.flight };
+        self.reward_steps = self.reward_steps.min(3);
+        self.flight = FlightConfig { worlds: 2, ticks_per_round: 14, ..self.flight };
         self.phases.iter_mut().for_each(|phase| phase.rounds = 1);
         self
     }
 
-    /// Sizes of the actor.
-    pub fn shape(&self) -> ActorShape {
-        if self.events { ActorShape::eem_san() } else { ActorShape::laser_only() }
+    /// Sizes of the actor; `latent` are the dimensions of the DVS state, when there is one.
+    pub fn shape(&self, latent: Option<usize>) -> ActorShape {
+        let dvs = vec![LATENT_RANGE; latent.unwrap_or(0)];
+        ActorShape { dvs, ..ActorShape::eem_san() }
     }
 
     /// Rounds of all phases.

@@ -1,1 +1,67 @@
+use super::*;
 
+const HSVAE: &str = include_str!("configs/hsvae.toml");
+const ACTORS: [&str; 4] = [
+    include_str!("configs/first.toml"),
+    include_str!("configs/second.toml"),
+    include_str!("configs/third.toml"),
+    include_str!("configs/plain.toml"),
+];
+
+fn hsvae_error(from: &str, to: &str) -> String {
+    assert!(HSVAE.contains(from), "{from:?} is not in the file");
+    HsvaeConfig::from_toml("f.toml", &HSVAE.replacen(from, to, 1)).unwrap_err().to_string()
+}
+
+fn actor_error(from: &str, to: &str) -> String {
+    assert!(ACTORS[0].contains(from), "{from:?} is not in the file");
+    ActorConfig::from_toml("f.toml", &ACTORS[0].replacen(from, to, 1)).unwrap_err().to_string()
+}
+
+#[test]
+fn configurations_that_ship_are_read() {
+    HsvaeConfig::from_toml("hsvae.toml", HSVAE).unwrap();
+    for text in ACTORS {
+        ActorConfig::from_toml("actor", text).unwrap();
+    }
+}
+
+#[test]
+fn bad_numbers_are_refused_with_their_limits() {
+    let cases = [
+        (hsvae_error("rounds = ", "rounds = 0 #"), "f.toml: rounds is 0, must be 1..=1000000"),
+        (hsvae_error("blur_px = ", "blur_px = 99 #"), "blur_px is 99, must be 1..=31"),
+        (hsvae_error("worlds = ", "worlds = 0 #"), "flight.worlds is 0, must be 1..=256"),
+        (hsvae_error("exploration = ", "exploration = 2.0 #"), "exploration is 2, must be 0..=1"),
+        (actor_error("discount = ", "discount = 1.5 #"), "discount is 1.5, must be 0..=1"),
+        (actor_error("memory = ", "memory = 10 #"), "memory is 10, must be"),
+        (
+            actor_error("reward_steps = ", "reward_steps = 0 #"),
+            "reward_steps is 0, must be 1..=200",
+        ),
+        (actor_error("planner_share = ", "planner_share = -1.0 #"), "planner_share is -1"),
+        (actor_error("v_max_m_per_s = ", "v_max_m_per_s = 0.0 #"), "wheel speed (m/s) is 0"),
+    ];
+    for (error, part) in cases {
+        assert!(error.contains(part), "{error:?} does not say {part:?}");
+    }
+}
+
+#[test]
+fn bad_text_is_refused_with_its_place() {
+    assert!(hsvae_error("seed = 1", "sead = 1").contains("unknown field `sead`"));
+    assert!(hsvae_error("seed = 1", "seed = ").contains("f.toml: TOML parse error at line"));
+    let error = hsvae_error("\"ideal\"", "\"fast\"");
+    assert!(error.contains("actuators \"fast\": not understood"), "{error}");
+    let rooms = format!("{HSVAE}\n[rooms]\nside_m = [18.0, 12.0]\n");
+    assert!(HsvaeConfig::from_toml("f", &rooms).unwrap_err().to_string().contains("missing field"));
+}
+
+#[test]
+fn rounds_find_their_phase() {
+    let config = ActorConfig::from_toml("f", ACTORS[0]).unwrap();
+    let first = config.phases[0].rounds;
+    assert_eq!(config.phase(0), (&config.phases[0], 0.0));
+    assert_eq!(config.phase(first), (&config.phases[1], 0.0));
+    assert_eq!(config.phase(config.rounds()), (config.phases.last().unwrap(), 1.0));
+}

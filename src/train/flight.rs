@@ -1,13 +1,16 @@
 //! One world of a round: flights one after the other in one room.
 
+use nalgebra::Vector2;
+
 use crate::closed_loop::planner::{ACTIONS, Planner, Terrain};
 use crate::closed_loop::{End, Trial, TrialConfig};
 use crate::coding::robot_state;
+use crate::net::eem_san::ROBOT_STATE;
 use crate::policy::{Action, EventFrame};
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
-use crate::world::World;
 use crate::world::pairs::{Pair, PairRules, generate_pairs};
+use crate::world::{PHYSICS_STEP_S, World};
 
 /// Reward for the goal (SAN's training script).
 pub const REWARD_GOAL: f32 = 30.0;
@@ -32,13 +35,52 @@ pub struct Step {
     pub reward: f32,
     /// What was seen then.
     pub next_observation: Vec<f32>,
-    /// 1 after goal or contact, 0 otherwise (also at the tick limit).
+    /// What the critics see before, [`INSIGHT`] numbers.
+    pub insight: Vec<f32>,
+    /// What they see then.
+    pub next_insight: Vec<f32>,
+    /// 1 after goal or contact, 0 otherwise (also at the tick limit); see [`Step::joined`].
     pub terminal: f32,
+    /// Whether the flight ended, for whatever reason.
+    pub ended: bool,
     /// What the planner would have done.
     pub planned: [f32; 2],
     /// The planner's cost of each of its actions.
     pub costs: [f32; ACTIONS],
 }
+
+impl Step {
+    /// The first of some steps of one flight, with the rewards of all of them, discounted, and what
+    /// was seen after the last one. The discount of the steps between is worked into `terminal`.
+    ///
+    /// Panics without a step.
+    pub fn joined<'s>(steps: impl IntoIterator<Item = &'s Step>, discount: f32) -> Step {
+        let mut steps = steps.into_iter();
+        let mut joined = steps.next().expect("a step").clone();
+        let mut kept = 1.0;
+        for step in steps {
+            kept *= discount;
+            joined.reward += kept * step.reward;
+            joined.next_observation.clone_from(&step.next_observation);
+            joined.next_insight.clone_from(&step.next_insight);
+            joined.terminal = step.terminal;
+            joined.ended = step.ended;
+        }
+        joined.terminal = 1.0 - kept * (1.0 - joined.terminal);
+        joined
+    }
+}
+
+/// Movers that the critics know of.
+const KNOWN_MOVERS: usize = 3;
+
+/// Numbers that the critics see: robot and laser state, then for each of the nearest movers its
+/// place (of 4 m) and velocity (of 2 m/s) in the robot's frame, then the time to the goal (of 30 s)
+/// and the clearance (of 1 m).
+pub const INSIGHT: usize = ROBOT_STATE + 4 * KNOWN_MOVERS + 2;
+
+/// Distances of known movers are given in this unit, and no farther.
+const KNOWN_M: f64 = 4.0;
 
 /// Ends of flights, counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -79,6 +121,7 @@ pub struct Flight<'w> {
     planner: Planner<'w>,
     encoder: Option<FloatEncoder>,
     observation: Vec<f32>,
+    insight: Vec<f32>,
     planned: Action,
     costs: [f32; ACTIONS],
     /// Ends so far in this round.
@@ -116,6 +159,7 @@ impl<'w> Flight<'w> {
             planner,
             encoder,
             observation: Vec::new(),
+            insight: Vec::new(),
             planned: Action { left: 0.0, right: 0.0 },
             costs: [0.0; ACTIONS],
             ends: Ends::default(),
@@ -162,12 +206,23 @@ impl<'w> Flight<'w> {
             Some(End::TimeOut) | None => (REWARD_PER_M * nearer_m, 0.0),
         };
         let observation = std::mem::take(&mut self.observation);
+        let insight = std::mem::take(&mut self.insight);
         let (planned, costs) = (floats(self.planned), self.costs);
         let action = floats(action);
         self.frames = self.see();
         let next_observation = self.observation.clone();
-        self.last =
-            Some(Step { observation, action, reward, next_observation, terminal, planned, costs });
+        self.last = Some(Step {
+            observation,
+            action,
+            reward,
+            next_observation,
+            insight,
+            next_insight: self.insight.clone(),
+            terminal,
+            ended: self.trial.end().is_some(),
+            planned,
+            costs,
+        });
         if self.trial.end().is_some() {
             self.count();
             self.restart();
@@ -209,11 +264,36 @@ impl<'w> Flight<'w> {
     fn see(&mut self) -> Vec<EventFrame> {
         let seen = self.trial.observe();
         self.observation = robot_state(&seen).to_vec();
+        self.insight = self.insight();
         if let Some(encoder) = &mut self.encoder {
             seen.frames.iter().for_each(|frame| encoder.step(frame));
             self.observation.extend(encoder.state());
         }
         seen.frames
+    }
+
+    fn insight(&self) -> Vec<f32> {
+        let (pose, step) = (self.trial.robot().pose(), self.trial.steps());
+        let ahead = pose.heading();
+        let frame = |v: Vector2<f64>| [v.dot(&ahead), v.y * ahead.x - v.x * ahead.y];
+        let movers = self.world.arena().movers().iter().map(|mover| {
+            let place = mover.position(step);
+            let velocity = (mover.position(step + 1) - place) / PHYSICS_STEP_S;
+            (place - pose.position, velocity)
+        });
+        let mut movers: Vec<_> = movers.collect();
+        movers.sort_by(|a, b| a.0.norm_squared().total_cmp(&b.0.norm_squared()));
+        let mut insight = self.observation[..ROBOT_STATE].to_vec();
+        for index in 0..KNOWN_MOVERS {
+            let known = movers.get(index).filter(|(way, _)| way.norm() < KNOWN_M);
+            let numbers = known.map_or([[1.0, 1.0], [0.0, 0.0]], |(way, velocity)| {
+                [frame(way / KNOWN_M), frame(velocity / 2.0)]
+            });
+            insight.extend(numbers.as_flattened().iter().map(|number| *number as f32));
+        }
+        insight.push((self.planner.time_from(&pose) / 30.0).min(2.0) as f32);
+        insight.push(self.terrain.clearance_m(pose.position).min(1.0) as f32);
+        insight
     }
 
     fn plan(&mut self) {

@@ -9,6 +9,7 @@ use crate::train::flight::Step;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     width: usize,
+    insight: usize,
     capacity: usize,
     rows: Vec<f32>,
     pushed: u64,
@@ -25,6 +26,10 @@ pub struct Batch {
     pub rewards: Vec<f32>,
     /// [rows, width].
     pub next_observations: Vec<f32>,
+    /// [rows, insight].
+    pub insights: Vec<f32>,
+    /// [rows, insight].
+    pub next_insights: Vec<f32>,
     /// `[rows]`.
     pub terminal: Vec<f32>,
     /// [rows, 2].
@@ -34,14 +39,16 @@ pub struct Batch {
 }
 
 impl Replay {
-    /// Room for `capacity` transitions of observations of `width` numbers.
-    pub fn new(width: usize, capacity: usize) -> Self {
-        Self { width, capacity, rows: Vec::new(), pushed: 0 }
+    /// Room for `capacity` transitions of observations of `width` numbers, of which the critics see
+    /// `insight` others.
+    pub fn new(width: usize, insight: usize, capacity: usize) -> Self {
+        Self { width, insight, capacity, rows: Vec::new(), pushed: 0 }
     }
 
-    /// Floats of a row: two observations, action, reward, terminal, planned action, costs.
+    /// Floats of a row: two observations, two insights, action, reward, terminal, planned action,
+    /// costs.
     fn row(&self) -> usize {
-        2 * self.width + 6 + ACTIONS
+        2 * (self.width + self.insight) + 6 + ACTIONS
     }
 
     /// Transitions in memory.
@@ -65,7 +72,8 @@ impl Replay {
         if at >= self.rows.len() {
             self.rows.resize(at + self.row(), 0.0);
         }
-        let fields = step.observation.iter().chain(&step.next_observation).chain(&step.action);
+        let fields = step.observation.iter().chain(&step.next_observation);
+        let fields = fields.chain(&step.insight).chain(&step.next_insight).chain(&step.action);
         let fields = fields.chain([&step.reward, &step.terminal]).chain(&step.planned);
         let row = &mut self.rows[at..];
         row.iter_mut().zip(fields.chain(&step.costs)).for_each(|(to, from)| *to = *from);
@@ -82,8 +90,12 @@ impl Replay {
             let at = draw.below(self.len() as u64) as usize * self.row();
             let (observation, rest) = self.rows[at..at + self.row()].split_at(self.width);
             let (next, rest) = rest.split_at(self.width);
+            let (insight, rest) = rest.split_at(self.insight);
+            let (next_insight, rest) = rest.split_at(self.insight);
             batch.observations.extend(observation);
             batch.next_observations.extend(next);
+            batch.insights.extend(insight);
+            batch.next_insights.extend(next_insight);
             batch.actions.extend(&rest[..2]);
             batch.rewards.push(rest[2]);
             batch.terminal.push(rest[3]);
@@ -110,3 +122,7 @@ impl Replay {
         Ok(())
     }
 }
+
+#[cfg(test)]
+#[path = "replay_tests.rs"]
+mod tests;

@@ -14,3 +14,4 @@ mod nets;
 mod san;
 mod table5;
 mod tidy;
+mod train;

@@ -1,0 +1,93 @@
+//! `spikeloop train`: what it leaves, going on after a kill, bad input.
+
+use std::process::Stdio;
+use std::time::Duration;
+
+use crate::bad_input::refused;
+use crate::cli::Folder;
+use crate::fixtures::hsvae;
+
+const ACTOR: &str = "train actor --quick --recipe third --threads 1";
+
+#[test]
+fn auto_encoder_then_actor_leave_a_network_that_drives() {
+    let folder = Folder::new();
+    let ran = folder.good("train hsvae --quick --out h");
+    for part in ["round 2: reconstruction", "targets: reconstruction", "wrote h/hsvae.safetensors"]
+    {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+    let ran = folder.good(&format!("{ACTOR} --encoder h/hsvae.safetensors --out a"));
+    assert!(ran.out.contains("wrote a/eem_san.safetensors"), "{}", ran.out);
+    for file in ["h/curves.svg", "a/curves.svg", "a/checkpoint.safetensors"] {
+        assert!(folder.path(file).exists(), "{file}");
+    }
+    let drive = "drive a/eem_san.safetensors --control-hz 20 --arena courtyard --trials 1";
+    folder.good(&format!("{drive} --ticks-max 3"));
+    folder.good("train actor --quick --recipe second --from a/eem_san.safetensors --out b");
+}
+
+#[test]
+fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
+    let folder = Folder::new();
+    let whole = folder.good(&format!("{ACTOR} --out whole"));
+    assert!(whole.out.contains("round 2:"), "{}", whole.out);
+    for pause_ms in [30, 60, 120, 180, 260, 350] {
+        let mut child = folder
+            .command()
+            .args(format!("{ACTOR} --out killed").split(' '))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(pause_ms));
+        // It may have ended by itself: that is fine as well.
+        let _ = child.kill();
+        child.wait().unwrap();
+    }
+    folder.good(&format!("{ACTOR} --out killed"));
+    folder.good(&format!("{ACTOR} --rounds 1 --out steps"));
+    let resumed = folder.good(&format!("{ACTOR} --out steps"));
+    assert!(resumed.out.contains("resumed after round 1 of 2"), "{}", resumed.out);
+    let of = |run: &str, file: &str| folder.read(&format!("{run}/{file}"));
+    for file in ["laser_only.safetensors", "checkpoint.safetensors"] {
+        assert_eq!(of("whole", file), of("killed", file), "{file} of the killed run");
+        assert_eq!(of("whole", file), of("steps", file), "{file} of the run in two steps");
+    }
+}
+
+#[test]
+fn bad_input_of_training_is_refused() {
+    let folder = Folder::new();
+    folder.write("noise.safetensors", b"not tensors".to_vec());
+    folder.write("small.safetensors", hsvae(&|_, _, _| ()));
+    folder.write("bad.toml", b"seed = 1\ncolour = \"blue\"\n".to_vec());
+    for (line, part) in [
+        ("train hsvae --config gone.toml", "gone.toml: cannot read"),
+        ("train hsvae --config bad.toml", "bad.toml: TOML parse error at line 2"),
+        ("train actor --encoder gone.safetensors", "gone.safetensors: cannot read"),
+        ("train actor --encoder noise.safetensors", "not a readable safetensors file"),
+        ("train actor --from noise.safetensors", "noise.safetensors: not readable as safetensors"),
+        ("train actor --from small.safetensors", "actor.population.laser.mean: missing"),
+    ] {
+        refused(&folder, &format!("{line} --quick --out out"), &[part]);
+        assert!(!folder.path("out/checkpoint.safetensors").exists(), "{line}");
+    }
+}
+
+#[test]
+fn checkpoint_of_another_configuration_or_damaged_is_refused_and_kept() {
+    let folder = Folder::new();
+    folder.good(&format!("{ACTOR} --rounds 1 --out a"));
+    let path = folder.path("a/checkpoint.safetensors");
+    let before = std::fs::read(&path).unwrap();
+    refused(&folder, "train actor --quick --recipe first --out a", &["another configuration"]);
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    let mut damaged = before.clone();
+    damaged.truncate(before.len() / 2);
+    std::fs::write(&path, &damaged).unwrap();
+    refused(&folder, &format!("{ACTOR} --out a"), &["not readable as safetensors"]);
+    assert_eq!(std::fs::read(&path).unwrap(), damaged);
+    std::fs::write(folder.path("file"), b"x").unwrap();
+    refused(&folder, &format!("{ACTOR} --out file"), &["cannot make the folder"]);
+}

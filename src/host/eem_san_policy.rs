@@ -88,6 +88,11 @@ impl EemSanChipPolicy {
         &self.dvs_state
     }
 
+    /// The engine, to look at.
+    pub fn engine(&self) -> &dyn Engine {
+        self.engine.as_ref()
+    }
+
     /// Whether to keep the spikes of all layers from now on.
     pub fn watch(&mut self, on: bool) {
         self.watches = on;

@@ -86,7 +86,7 @@ impl FixedEemSan {
 
     /// One decision from zero state, and the spikes of branches and decision module.
     ///
-    /// Shapes: `inputs[branch][step][line]`.
+    /// Shapes: `inputs[branch][step][line]`, for every branch.
     pub fn decide(&self, inputs: &[InputSpikes]) -> (Decision, LayerSpikes) {
         let layers = || self.branches.iter().chain(&self.decision);
         let outputs = self.decision.last().map_or(0, |layer| layer.bias.len());
@@ -98,16 +98,18 @@ impl FixedEemSan {
         for step in 0..inputs.first().map_or(0, Vec::len) {
             let (mut fused, mut arriving) = (Vec::new(), Vec::new());
             for (index, (layer, state)) in layers().zip(&mut states).enumerate() {
-                let spikes = if index < self.branches.len() {
-                    layer.step(&self.widths, state, &[&inputs[index][step]])
-                } else {
-                    let sources: Vec<&[bool]> = arriving.iter().map(Vec::as_slice).collect();
-                    layer.step(&self.widths, state, &sources)
+                // The first layers are the branches, one for each input.
+                let spikes = match inputs.get(index) {
+                    Some(input) => layer.step(&self.widths, state, &[&input[step]]),
+                    None => {
+                        let sources: Vec<&[bool]> = arriving.iter().map(Vec::as_slice).collect();
+                        layer.step(&self.widths, state, &sources)
+                    }
                 };
                 decision.add_step(index, &spikes, index + 1 == n);
                 let spiking = spikes.iter().enumerate().filter(|(_, spike)| **spike);
                 all[index].push(spiking.map(|(neuron, _)| neuron as u32).collect());
-                if index < self.branches.len() {
+                if index < inputs.len() {
                     fused.push(spikes);
                     arriving.clone_from(&fused);
                 } else {

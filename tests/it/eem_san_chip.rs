@@ -17,10 +17,10 @@ use spikeloop::rng::{Streams, stream};
 
 use crate::bad_input::refused;
 use crate::cli::Folder;
-use crate::fixtures::eem_san;
+use crate::fixtures::{Change, eem_san};
 
 /// Weights at which every layer spikes and no layer always does.
-fn lively(name: &str, _: &mut Vec<usize>, values: &mut Vec<f32>) {
+fn lively(name: &str, values: &mut [f32]) {
     let (scale, shift) = match name {
         _ if name.starts_with("hsvae.encoder.1.") => (1.0, 0.05),
         _ if name.starts_with("hsvae.encoder.") && name.ends_with(".bias") => (0.2, 0.005),
@@ -33,8 +33,10 @@ fn lively(name: &str, _: &mut Vec<usize>, values: &mut Vec<f32>) {
     values.iter_mut().for_each(|value| *value = scale * *value + shift);
 }
 
+const LIVELY: Change = &|name, _, values| lively(name, values);
+
 fn small(frames: bool) -> EemSan {
-    EemSan::from_bytes("small", "small", &eem_san(frames, &lively)).unwrap()
+    EemSan::from_bytes("small", "small", &eem_san(frames, LIVELY)).unwrap()
 }
 
 /// EEM-SAN's sizes with random weights.
@@ -254,8 +256,8 @@ fn what_cannot_be_on_the_chip_is_refused() {
     folder.write("n.safetensors", eem_san(true, &negative));
     let text = "layer decision.1: threshold ";
     refused(&folder, "compile n.safetensors -o out.map", &[text, "must be 1..=131071"]);
-    folder.write("good.safetensors", eem_san(true, &lively));
-    folder.write("blind.safetensors", eem_san(false, &lively));
+    folder.write("good.safetensors", eem_san(true, LIVELY));
+    folder.write("blind.safetensors", eem_san(false, LIVELY));
     let weights = "w: good.safetensors comes with its weights; leave --weights out";
     refused(&folder, "compile good.safetensors --weights w -o out.map", &[weights]);
     folder.good("compile good.safetensors -o e.map");
@@ -271,7 +273,7 @@ fn what_cannot_be_on_the_chip_is_refused() {
 #[test]
 fn a_compiled_eem_san_drives_and_agrees_from_the_command_line() {
     let folder = Folder::new();
-    folder.write("e.safetensors", eem_san(true, &lively));
+    folder.write("e.safetensors", eem_san(true, LIVELY));
     let compiled = folder.good("compile e.safetensors -o e.map");
     let steps = "11 chip steps per 5 event frames, 8 chip steps per decision (T = 5)";
     assert!(compiled.out.contains(steps), "{}", compiled.out);

@@ -43,9 +43,22 @@ impl Observer {
 
     /// Runs `stimulus`, usually of one step, and writes down what has changed and what is there.
     pub fn step(&mut self, engine: &mut dyn Engine, stimulus: &Stimulus) -> Vec<String> {
+        self.step_recorded(engine, stimulus, &mut SpikeRecord::none())
+    }
+
+    /// The same; the spikes that `kept` wants are added to it.
+    pub fn step_recorded(
+        &mut self,
+        engine: &mut dyn Engine,
+        stimulus: &Stimulus,
+        kept: &mut SpikeRecord,
+    ) -> Vec<String> {
         let step = engine.now();
         let mut record = SpikeRecord::all(engine.map());
         engine.run(stimulus, &mut record);
+        let wanted = record.spikes.iter().filter(|spike| kept.wants(spike.core));
+        let wanted: Vec<Spike> = wanted.copied().collect();
+        kept.spikes.extend(wanted);
         let engine: &dyn Engine = engine;
         match self.detail {
             Detail::Compartment => self.compartment_lines(engine, step, &record.spikes),

@@ -8,4 +8,4 @@ pub mod eem_san_program;
 pub use chip_policy::{ChipPolicy, ChipUse, HostCounts};
 pub use deployment::{DecisionProgram, Deployment};
 pub use eem_san_policy::EemSanChipPolicy;
-pub use eem_san_program::EemSanProgram;
+pub use eem_san_program::{EemSanProgram, Schedule};

@@ -58,9 +58,9 @@ pub trait Engine: Send {
     /// stay held.
     fn reset(&mut self);
 
-    /// The management processor clears the state of `cores` and all spikes under way to them;
-    /// counted as by [`Engine::reset`]. Panics when there is no such core.
-    fn reset_cores(&mut self, cores: &[CoreId]);
+    /// The management processor clears the state of `cores`, and with `spikes` all spikes under
+    /// way to them; counted as by [`Engine::reset`]. Panics when there is no such core.
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool);
 
     /// The management processor holds `cores` from the next step on, or lets them go on.
     ///

@@ -136,6 +136,10 @@ pub(super) struct CompileArgs {
     /// Quantization policy: nearest (the default), fine, diffused, mixed, san, san-nearest
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
+    /// How an EEM-SAN's encoder and decision module share the chip's steps: held (the default), or
+    /// streaming
+    #[arg(long, value_enum)]
+    pub(super) schedule: Option<ScheduleArg>,
     /// Largest number of neurons of one layer on a core
     #[arg(long, value_name = "N", value_parser = up_to(usize::MAX))]
     pub(super) neurons_per_core: Option<usize>,
@@ -157,6 +161,14 @@ pub(super) struct InspectArgs {
     /// Draw the chip, its cores coloured by layer and by use of synapse memory
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "dump"])]
     pub(super) picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum ScheduleArg {
+    /// One after the other, equal to Algorithm 1
+    Held,
+    /// A chip step per event frame; actions come two control ticks late
+    Streaming,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

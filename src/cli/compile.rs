@@ -5,10 +5,10 @@ use std::path::Path;
 use hw_model::ChipSpec;
 use spikeloop::compile::Policy;
 use spikeloop::files;
-use spikeloop::host::Deployment;
+use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, builtin, integer};
 
-use crate::cli::args::CompileArgs;
+use crate::cli::args::{CompileArgs, ScheduleArg};
 use crate::cli::output::{check_outputs, header, say};
 use crate::cli::{Failure, Verdict, inspect, output};
 
@@ -34,10 +34,21 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
         let cores = args.neurons_per_core;
-        return Ok(match builtin::open(&args.network, weights)? {
+        let network = builtin::open(&args.network, weights)?;
+        let schedule = match (&network, args.schedule) {
+            (Controller::Described(_), Some(_)) => return Err(no_schedule(args)),
+            (_, Some(ScheduleArg::Streaming)) => Schedule::Streaming,
+            (_, Some(ScheduleArg::Held) | None) => Schedule::Held,
+        };
+        return Ok(match network {
             Controller::Described(n) => Deployment::compile(&n, &policy, &chip, cores)?,
-            Controller::EemSan(n) => Deployment::compile_eem_san(&n, &policy, &chip, cores)?,
+            Controller::EemSan(n) => {
+                Deployment::compile_eem_san(&n, &policy, &chip, cores, schedule)?
+            }
         });
+    }
+    if args.schedule.is_some() {
+        return Err(no_schedule(args));
     }
     if let Some(policy) = &args.policy {
         return Err(format!(
@@ -47,6 +58,11 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         .into());
     }
     Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, args.neurons_per_core)?)
+}
+
+fn no_schedule(args: &CompileArgs) -> Failure {
+    let name = &args.network;
+    format!("{name}: --schedule is for an EEM-SAN, and this is none; leave it out").into()
 }
 
 /// A built-in chip, or one from a file.

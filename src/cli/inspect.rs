@@ -3,7 +3,7 @@
 use hw_model::CoreMap;
 use hw_model::id::CoreId;
 use serde_json::json;
-use spikeloop::host::Deployment;
+use spikeloop::host::{Deployment, Schedule};
 use spikeloop::report::chip_picture::{chip_picture, cores_of};
 use spikeloop::report::tables::plain;
 
@@ -98,6 +98,9 @@ pub(super) fn table(deployment: &Deployment) -> String {
         format!(", {} chip steps per decision (T = {})", program.chip_steps, program.steps)
     });
     let steps = deployment.eem_san.as_ref().map_or(steps, |program| {
+        if program.schedule == Schedule::Streaming {
+            return format!(", streaming, {} chip steps per control tick", program.steps);
+        }
         let encoder = program.encoder.as_ref().map_or_else(String::new, |phase| {
             format!(", {} chip steps per {} event frames", phase.chip_steps, phase.frames)
         });

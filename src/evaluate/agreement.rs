@@ -4,7 +4,7 @@ use hw_model::Engine;
 use serde::Serialize;
 
 use crate::coding::LayerSpikes;
-use crate::host::{ChipUse, Deployment, EemSanChipPolicy};
+use crate::host::{ChipUse, Deployment, EemSanChipPolicy, Schedule};
 use crate::net::EemSan;
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::EemSanPolicy;
@@ -16,6 +16,15 @@ pub enum AgreementError {
     /// The map has no program for an EEM-SAN.
     #[error("{map}: not a map of an EEM-SAN; compile one with `spikeloop compile eem-san -o MAP`")]
     NotEemSan {
+        /// Network of the map.
+        map: String,
+    },
+    /// In the schedule `streaming` the layers are apart in time.
+    #[error(
+        "map of {map}: schedule streaming, in which layers are apart in time; compile it with \
+         `--schedule held` to compare"
+    )]
+    Streaming {
         /// Network of the map.
         map: String,
     },
@@ -111,6 +120,9 @@ impl Comparison {
     ) -> Result<Self, AgreementError> {
         let not_eem_san = || AgreementError::NotEemSan { map: deployment.network.clone() };
         let chip = EemSanChipPolicy::new(deployment, engine).ok_or_else(not_eem_san)?;
+        if chip.schedule() == Schedule::Streaming {
+            return Err(AgreementError::Streaming { map: deployment.network.clone() });
+        }
         let populations = deployment.map.populations().iter();
         let found: Vec<(&str, usize)> = populations.map(|p| (p.name.as_str(), p.len())).collect();
         let expected = network.layers();

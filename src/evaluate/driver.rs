@@ -6,7 +6,7 @@ use hw_model::{DenseEngine, Engine, EventEngine, container};
 
 use crate::closed_loop::{StraightToGoal, TrialConfig};
 use crate::evaluate::FlyError;
-use crate::host::{ChipPolicy, ChipUse, Deployment, EemSanChipPolicy};
+use crate::host::{ChipPolicy, ChipUse, Deployment, EemSanChipPolicy, Schedule};
 use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::net::{Controller, Network};
 use crate::policy::Policy;
@@ -82,12 +82,11 @@ impl Driver {
         if !deployment.can_drive() {
             return None;
         }
-        let label = match engine {
-            EngineKind::Event => format!("{} chip ({})", deployment.network, deployment.policy),
-            EngineKind::Dense => {
-                format!("{} chip ({}, dense)", deployment.network, deployment.policy)
-            }
-        };
+        let dense = if engine == EngineKind::Dense { ", dense" } else { "" };
+        let schedule = deployment.eem_san.as_ref().map(|program| program.schedule);
+        let streaming = if schedule == Some(Schedule::Streaming) { ", streaming" } else { "" };
+        let label =
+            format!("{} chip ({}{streaming}{dense})", deployment.network, deployment.policy);
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
         let digest = Some(deployment.map.digest());

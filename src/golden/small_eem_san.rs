@@ -11,7 +11,7 @@ use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::Head;
 use crate::golden::network_loop::Run;
-use crate::host::{Deployment, EemSanChipPolicy};
+use crate::host::{Deployment, EemSanChipPolicy, Schedule};
 use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL, ROBOT_STATE};
 use crate::net::{ConvLayer, EemSan, EventEncoder, Layer, PopulationBranch, Readout};
 use crate::policy::{
@@ -38,7 +38,8 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
     let network = network(&mut Streams::new(head.seed, 0).at(stream::STIMULUS, 0));
-    let deployment = Deployment::compile_eem_san(&network, &policy, &ChipSpec::loihi1(), None)
+    let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
+    let deployment = Deployment::compile_eem_san(&network, &policy, &chip, None, schedule)
         .map_err(compile_error)?;
     let run = |(name, engine): (&str, Box<dyn Engine>)| {
         (name.to_owned(), run_ticks(head, &deployment, engine))
@@ -111,8 +112,8 @@ impl Engine for Observed {
         self.engine.reset();
     }
 
-    fn reset_cores(&mut self, cores: &[CoreId]) {
-        self.engine.reset_cores(cores);
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
+        self.engine.reset_cores(cores, spikes);
     }
 
     fn set_held(&mut self, cores: &[CoreId], held: bool) {

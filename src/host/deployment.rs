@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
 use crate::compile::{CompileError, IntegerGraph, Policy, place, quantize_eem_san};
-use crate::host::eem_san_program::EemSanProgram;
+use crate::host::eem_san_program::{EemSanProgram, Schedule};
 use crate::net::integer::IntegerNet;
 use crate::net::{EemSan, MAP_LABEL, Network, RateEncoder};
 
@@ -137,20 +137,27 @@ impl Deployment {
 
     /// Compiles an EEM-SAN or its laser-only control.
     ///
-    /// Errors: as [`quantize_eem_san`] and [`place::place`].
+    /// Errors: as [`quantize_eem_san`] and [`place::place`]; streaming without an encoder.
     pub fn compile_eem_san(
         network: &EemSan,
         policy: &Policy,
         chip: &ChipSpec,
         neurons_per_core_max: Option<usize>,
+        schedule: Schedule,
     ) -> Result<Self, CompileError> {
+        if schedule == Schedule::Streaming && network.encoder.is_none() {
+            return Err(CompileError::Graph {
+                place: format!("network {}, schedule streaming", network.name),
+                problem: "there is no encoder of event frames to keep pace with".to_owned(),
+            });
+        }
         let quantized = quantize_eem_san(network, policy, chip)?;
         let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
         Ok(Self {
             network: network.name.clone(),
             policy: policy.name.to_owned(),
             program: None,
-            eem_san: Some(EemSanProgram::new(network, &quantized, &map)),
+            eem_san: Some(EemSanProgram::new(network, &quantized, &map, schedule)),
             scales: quantized.layers.into_iter().map(|(name, q)| (name, q.scale)).collect(),
             map: Arc::new(map),
         })

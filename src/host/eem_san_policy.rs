@@ -8,7 +8,7 @@ use hw_model::{CoreMap, Engine, OpCounts};
 use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_state};
 use crate::host::chip_policy::{ChipUse, HostCounts};
 use crate::host::deployment::Deployment;
-use crate::host::eem_san_program::{EemSanProgram, EncoderPhase, Injected, Window};
+use crate::host::eem_san_program::{EemSanProgram, EncoderPhase, Injected, Schedule, Window};
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
 
@@ -27,7 +27,19 @@ pub struct EemSanChipPolicy {
     watches: bool,
     seen: LayerSpikes,
     dvs_state: Vec<f32>,
+    stream: Stream,
     used: ChipUse,
+}
+
+/// Where an episode that streams is.
+#[derive(Debug, Clone, Default)]
+struct Stream {
+    /// Chip steps of the episode.
+    steps: u64,
+    /// Codes of the tick before, by branch.
+    codes: Vec<InputSpikes>,
+    /// (step of the episode, neuron) of the output's latest spikes.
+    outputs: Vec<(u64, usize)>,
 }
 
 /// Where a neuron of the encoder's last layer lies.
@@ -60,10 +72,16 @@ impl EemSanChipPolicy {
             watches: false,
             seen: LayerSpikes::new(),
             dvs_state: Vec::new(),
+            stream: Stream::default(),
             used: ChipUse::default(),
             program,
             engine,
         })
+    }
+
+    /// Its schedule.
+    pub fn schedule(&self) -> Schedule {
+        self.program.schedule
     }
 
     /// Whether it takes the frames of an event camera.
@@ -120,15 +138,7 @@ impl EemSanChipPolicy {
             let injected = self.program.frames_at(&phase, frames, step);
             self.step(injected, &mut record);
         }
-        let after = self.latent.iter().map(|at| self.state(at).current);
-        let voltages = self.latent.iter().zip(&before).zip(after);
-        let voltages = voltages
-            .map(|((at, before), after)| {
-                voltage_before_reset(&at.params, &self.widths, *before, after)
-            })
-            .collect();
-        // Voltages before the last step, currents after it.
-        self.engine.count_host_reads(2 * self.latent.len() as u64);
+        let voltages = self.latent_voltages(&before);
         self.keep(&phase.layers, phase.frames, start, &record);
         self.count_phase(&phase, &counted);
         voltages
@@ -159,8 +169,85 @@ impl EemSanChipPolicy {
         let counts = self.count_output(&record, start, output);
         self.engine.count_host_reads(counts.len() as u64);
         // Now, not before the next decision: spikes under way would arrive at held cores.
-        self.engine.reset_cores(&self.cores_of(&windows));
+        self.engine.reset_cores(&self.cores_of(&windows), true);
         self.used.decisions += 1;
+        counts
+    }
+
+    /// A control tick that streams: a chip step for each frame, with the codes of the tick before,
+    /// if any. Voltages as by [`EemSanChipPolicy::encode`], and the spike counts of the newest
+    /// decision that is complete. Watched spikes are those of all populations in these steps.
+    ///
+    /// Panics without an encoder.
+    pub fn stream(&mut self, frames: &[EventFrame], codes: &[InputSpikes]) -> (Vec<i32>, Vec<u32>) {
+        let phase = self.program.encoder.clone().expect("streaming has an encoder");
+        let (windows, output) = (self.program.decision.clone(), self.program.output());
+        let (start, counted) = (self.engine.now(), self.engine.core_counts());
+        let begun = self.stream.steps;
+        let mut record = self.record(Some(output.population as usize));
+        let mut before = Vec::new();
+        for frame in frames {
+            let step = self.stream.steps;
+            self.clear_windows(&windows, step);
+            before = self.latent.iter().map(|at| self.state(at)).collect();
+            let injected = self.program.streamed_at(&phase, frame, codes, step);
+            self.step(injected, &mut record);
+            self.stream.steps += 1;
+        }
+        let voltages = self.latent_voltages(&before);
+        let every = |population| Window { population, start: 0 };
+        let populations: Vec<Window> = (0..self.cores.len() as u32).map(every).collect();
+        self.keep(&populations, frames.len() as u32, start, &record);
+        self.count_stream(&phase, &counted);
+        self.take_outputs(&record, start, begun, output);
+        (voltages, self.streamed_counts(output))
+    }
+
+    /// Clears layers whose next window begins; what is under way belongs to it.
+    fn clear_windows(&mut self, windows: &[Window], step: u64) {
+        let begins = |window: &&Window| {
+            let late = step.checked_sub(self.program.streamed_start(window));
+            late.is_some_and(|late| late % u64::from(self.program.steps) == 0)
+        };
+        let beginning: Vec<Window> = windows.iter().filter(begins).copied().collect();
+        self.engine.reset_cores(&self.cores_of(&beginning), false);
+    }
+
+    fn count_stream(&mut self, phase: &EncoderPhase, before: &[OpCounts]) {
+        let after = self.engine.core_counts();
+        after.iter().zip(before).for_each(|(a, b)| self.used.windowed += &(*a - *b));
+        for core in self.cores_of(&phase.layers).iter().map(|core| core.index()) {
+            self.used.encoder += &(after[core] - before[core]);
+        }
+        self.used.decisions += 1;
+    }
+
+    /// Keeps the output's spikes as long as a window can still need them.
+    fn take_outputs(&mut self, record: &SpikeRecord, start: u64, begun: u64, output: Window) {
+        let population = &self.engine.map().populations()[output.population as usize];
+        for spike in &record.spikes {
+            if let Some(neuron) = population.neuron_at(spike.core, spike.compartment) {
+                self.stream.outputs.push((begun + spike.step - start, neuron));
+            }
+        }
+        let kept = self.stream.steps.saturating_sub(3 * u64::from(self.program.steps));
+        self.stream.outputs.retain(|(step, _)| *step >= kept);
+        self.engine.count_host_reads(population.len() as u64);
+    }
+
+    /// Counts of the newest window that is over; zeros before the first.
+    fn streamed_counts(&self, output: Window) -> Vec<u32> {
+        let population = &self.engine.map().populations()[output.population as usize];
+        let mut counts = vec![0; population.len()];
+        let (first, len) = (self.program.streamed_start(&output), u64::from(self.program.steps));
+        let Some(windows) = self.stream.steps.checked_sub(first).map(|steps| steps / len) else {
+            return counts;
+        };
+        if windows > 0 {
+            let open = first + (windows - 1) * len;
+            let within = |spike: &&(u64, usize)| (open..open + len).contains(&spike.0);
+            self.stream.outputs.iter().filter(within).for_each(|(_, neuron)| counts[*neuron] += 1);
+        }
         counts
     }
 
@@ -171,6 +258,17 @@ impl EemSanChipPolicy {
             time_ps: self.engine.chip_time_ps().to_vec(),
             ..self.used.clone()
         }
+    }
+
+    /// Voltages of the encoder's last layer in the last step, before spikes reset them: from the
+    /// voltages before the step, which were read, and the currents after it.
+    fn latent_voltages(&mut self, before: &[CompartmentState]) -> Vec<i32> {
+        self.engine.count_host_reads(2 * self.latent.len() as u64);
+        let sites = self.latent.iter().zip(before);
+        let voltage = |(at, before): (&LatentSite, &CompartmentState)| {
+            voltage_before_reset(&at.params, &self.widths, *before, self.state(at).current)
+        };
+        sites.map(voltage).collect()
     }
 
     fn record(&self, population: Option<usize>) -> SpikeRecord {
@@ -307,6 +405,7 @@ fn latent_sites(map: &CoreMap, program: &EemSanProgram) -> Vec<LatentSite> {
 impl Policy for EemSanChipPolicy {
     fn start_trial(&mut self, streams: Streams) {
         self.streams = streams;
+        self.stream = Stream::default();
         self.engine.reset();
     }
 
@@ -315,14 +414,28 @@ impl Policy for EemSanChipPolicy {
     fn act(&mut self, observation: &Observation, tick: u64) -> Action {
         let state = robot_state(observation);
         let mut inputs = vec![self.code(0, &state, stream::LASER_POPULATION, tick)];
+        let streams = self.program.schedule == Schedule::Streaming;
+        let mut counts = Vec::new();
         if let Some(phase) = &self.program.encoder {
             let frames = &observation.frames;
             assert_eq!(frames.len(), phase.frames as usize, "event frames at tick {tick}");
-            let voltages = self.encode(frames);
+            let voltages = if streams {
+                let codes = std::mem::take(&mut self.stream.codes);
+                let (voltages, newest) = self.stream(frames, &codes);
+                counts = newest;
+                voltages
+            } else {
+                self.encode(frames)
+            };
             let state = self.latent_state(&voltages);
             inputs.push(self.code(1, &state, stream::DVS_POPULATION, tick));
             self.dvs_state = state;
         }
-        decode(&self.decide(&inputs), self.program.steps)
+        if streams {
+            self.stream.codes = inputs;
+        } else {
+            counts = self.decide(&inputs);
+        }
+        decode(&counts, self.program.steps)
     }
 }

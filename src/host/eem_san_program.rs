@@ -1,6 +1,9 @@
 //! The host's part of a compiled EEM-SAN: what to inject, hold, read and clear in a control tick.
 //!
-//! Schedule `held`. Phases of a control tick, in chip steps; a spike injected in one step arrives
+//! A layer that is `k` layers away from the host works `k` steps after the host began to inject.
+//! Two schedules make the best of it.
+//!
+//! *Held*. Phases of a control tick, in chip steps; a spike injected in one step arrives
 //! in the next, so each phase begins with a step in which the first spikes are under way:
 //!
 //! ```text
@@ -10,6 +13,12 @@
 //! A layer of the encoder is held outside its five steps, so that its state lasts and it makes no
 //! step of its own; the other phase's cores are held throughout. With that, chip and Algorithm 1
 //! (in fixed point) are equal spike for spike.
+//!
+//! *Streaming*. One chip step for each event frame, and nothing is held. Layer `k` of the encoder
+//! works on the frame of `k` steps ago, so the readout lacks the newest frames, and its bias begins
+//! `k - 1` steps late in an episode. The codes of one tick are injected during the next; layer `k`
+//! of the decision is cleared when its window begins, every T steps. The action of a tick is known
+//! two ticks later; until the first one the wheels are told to stand.
 
 use hw_model::CoreMap;
 use serde::{Deserialize, Serialize};
@@ -25,9 +34,21 @@ use crate::policy::{EventFrame, FRAME_PIXELS};
 /// Most steps of a phase, and most neurons per dimension of a code.
 const STEPS_MAX: u32 = 1 << 16;
 
+/// How encoder and decision module share the chip's steps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Schedule {
+    /// One after the other, cores held in between: equal to Algorithm 1.
+    #[default]
+    Held,
+    /// Both at the pace of event frames, each layer later than the one before.
+    Streaming,
+}
+
 /// How the host runs an EEM-SAN on the chip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EemSanProgram {
+    /// Schedule.
+    pub schedule: Schedule,
     /// `T`: steps for which codes are injected and outputs are counted.
     pub steps: u32,
     /// Index of the port with one always-on line for each population.
@@ -144,7 +165,12 @@ pub(super) type Injected = Vec<(u64, u32, u32)>;
 
 impl EemSanProgram {
     /// The program for a freshly compiled network.
-    pub(super) fn new(network: &EemSan, quantized: &QuantizedEemSan, map: &CoreMap) -> Self {
+    pub(super) fn new(
+        network: &EemSan,
+        quantized: &QuantizedEemSan,
+        map: &CoreMap,
+        schedule: Schedule,
+    ) -> Self {
         let (n_encoder, n_branches) = (quantized.encoder_layers, quantized.branches);
         let phase = network.encoder.as_ref().map(|encoder| {
             let last = &quantized.layers[n_encoder - 1].1;
@@ -164,6 +190,7 @@ impl EemSanProgram {
         };
         let n_decision = quantized.layers.len() - n_encoder;
         Self {
+            schedule,
             steps: network.steps,
             bias_port: port_of(map, BIAS_PORT),
             encoder: phase,
@@ -203,6 +230,35 @@ impl EemSanProgram {
         injected
     }
 
+    /// What the host injects in step `step` of an episode that streams: the frame of this step,
+    /// `codes[branch][step of the tick][line]` of the tick before, and the biases of all layers
+    /// that the first frame or the first code has reached.
+    pub(super) fn streamed_at(
+        &self,
+        phase: &EncoderPhase,
+        frame: &EventFrame,
+        codes: &[InputSpikes],
+        step: u64,
+    ) -> Injected {
+        let pixels = frame.active().map(|pixel| (0, phase.pixel_port, pixel as u32));
+        let layers = phase.layers.iter().filter(|w| step + 1 >= u64::from(w.start));
+        let decision = self.decision.iter().filter(|w| step + 1 >= self.streamed_start(w));
+        let biases = layers.chain(decision).map(|w| (0, self.bias_port, w.population));
+        let mut injected: Injected = pixels.chain(biases).collect();
+        let step_idx = (step % u64::from(phase.frames)) as usize;
+        for (code, input) in self.codes().zip(codes) {
+            let spiking = input[step_idx].iter().enumerate().filter(|(_, spike)| **spike);
+            injected.extend(spiking.map(|(line, _)| (0, code.port, line as u32)));
+        }
+        injected
+    }
+
+    /// First step of a decision window in an episode that streams: codes are there after the first
+    /// tick. Further windows follow every T steps.
+    pub(super) fn streamed_start(&self, window: &Window) -> u64 {
+        u64::from(self.steps) + u64::from(window.start)
+    }
+
     fn biases<'a>(
         &'a self,
         windows: &'a [Window],
@@ -227,6 +283,10 @@ impl EemSanProgram {
         let outputs = map.populations()[output.population as usize].len();
         if outputs != 2 {
             return Err(format!("output population has {outputs} neurons, 2 expected"));
+        }
+        let in_step = self.encoder.as_ref().is_some_and(|phase| phase.frames == self.steps);
+        if self.schedule == Schedule::Streaming && !in_step {
+            return Err(format!("streaming needs an encoder of {} frames per tick", self.steps));
         }
         match (&self.encoder, &self.dvs) {
             (None, None) => Ok(()),

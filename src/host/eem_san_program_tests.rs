@@ -10,7 +10,8 @@ fn deployment(name: &str) -> Deployment {
         panic!("{name} is an EEM-SAN")
     };
     let policy = Policy::named("mixed").unwrap();
-    Deployment::compile_eem_san(&network, &policy, &ChipSpec::loihi1(), None).unwrap()
+    let chip = ChipSpec::loihi1();
+    Deployment::compile_eem_san(&network, &policy, &chip, None, Schedule::Held).unwrap()
 }
 
 #[test]
@@ -50,6 +51,11 @@ fn programs_that_do_not_go_with_the_map_are_refused() {
     refused(&|p| p.decision.clear(), "no layers of a decision");
     refused(&|p| p.dvs = None, "an encoder and a code of its state go together");
     refused(&|p| p.encoder = None, "an encoder and a code of its state go together");
+    let streaming = |p: &mut EemSanProgram| {
+        p.schedule = Schedule::Streaming;
+        p.steps = 4;
+    };
+    refused(&streaming, "streaming needs an encoder of 4 frames per tick");
     refused(&|p| phase(p).frames = 4, "4 frames per tick, 5 expected");
     refused(&|p| phase(p).pixel_port = 1, "port pixels has Some(220) lines, 16384 expected");
     refused(&|p| phase(p).layers.clear(), "no layers of the encoder");

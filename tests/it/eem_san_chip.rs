@@ -8,7 +8,7 @@ use spikeloop::coding::{InputSpikes, LayerSpikes, population_spikes};
 use spikeloop::compile::policy::POLICIES;
 use spikeloop::compile::{Policy, quantize_eem_san};
 use spikeloop::evaluate::Comparison;
-use spikeloop::host::{Deployment, EemSanChipPolicy};
+use spikeloop::host::{Deployment, EemSanChipPolicy, Schedule};
 use spikeloop::net::EemSan;
 use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
 use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
@@ -88,7 +88,8 @@ fn compare(
     let chip = ChipSpec::loihi1();
     let quantized = quantize_eem_san(network, policy, &chip).unwrap();
     let mut fixed = FixedEemSan::new(network, &quantized, &chip);
-    let deployment = Deployment::compile_eem_san(network, policy, &chip, None).unwrap();
+    let deployment =
+        Deployment::compile_eem_san(network, policy, &chip, None, Schedule::Held).unwrap();
     let mut on_chip = EemSanChipPolicy::new(&deployment, engine(&deployment)).unwrap();
     on_chip.watch(true);
     let mut sums = vec![0; network.layers().len()];
@@ -157,6 +158,69 @@ fn the_laser_only_control_equals_the_fixed_point_reference() {
     assert!(spikes.iter().all(|n| *n > 0), "{spikes:?}");
 }
 
+/// The fixed-point reference with the delays of the schedule: layer `k` of the encoder is `k` steps
+/// behind the frames, a decision's window begins a tick after its codes and a step per layer.
+#[test]
+fn streaming_equals_the_fixed_point_reference_with_its_delays() {
+    const TICKS: u64 = 6;
+    let (network, nearest) = (small(true), Policy::named("nearest").unwrap());
+    let chip = ChipSpec::loihi1();
+    let quantized = quantize_eem_san(&network, &nearest, &chip).unwrap();
+    let schedule = Schedule::Streaming;
+    let deployment =
+        Deployment::compile_eem_san(&network, &nearest, &chip, None, schedule).unwrap();
+    for engine in [event(&deployment), on_two_threads(&deployment), dense(&deployment)] {
+        let mut fixed = FixedEemSan::new(&network, &quantized, &chip);
+        let mut on_chip = EemSanChipPolicy::new(&deployment, engine).unwrap();
+        on_chip.watch(true);
+        on_chip.start_trial(Streams::new(1, 0));
+        // Chip: spikes of every layer in every step. Reference: the same by frame and by code.
+        let n_encoder = quantized.encoder_layers;
+        let n = quantized.layers.len();
+        let (mut seen, mut expected) = (vec![Vec::new(); n], vec![Vec::new(); n]);
+        let (mut voltages, mut latent) = (Vec::new(), Vec::new());
+        let (mut counts, mut decisions) = (Vec::new(), Vec::new());
+        for tick in 0..TICKS {
+            let frames = frames(tick);
+            let codes = if tick == 0 { Vec::new() } else { codes(&network, tick) };
+            let done = on_chip.stream(&frames, &codes);
+            voltages.push(done.0);
+            counts.push(done.1);
+            let spikes = on_chip.take_spikes();
+            seen.iter_mut().zip(spikes).for_each(|(all, tick)| all.extend(tick));
+            for frame in &frames {
+                let spikes = fixed.encode(std::slice::from_ref(frame));
+                expected.iter_mut().zip(spikes).for_each(|(all, step)| all.extend(step));
+                latent.push(fixed.latent_voltages().to_vec());
+            }
+            if tick > 0 {
+                let (decision, spikes) = fixed.decide(&codes);
+                decisions.push(decision.output_counts);
+                let layers = expected[n_encoder..].iter_mut().zip(spikes);
+                layers.for_each(|(all, steps)| all.extend(steps));
+            }
+        }
+        for layer in 0..n {
+            let delay = match layer < n_encoder {
+                true => layer + 1,
+                false => 5 + 1 + (layer - n_encoder).saturating_sub(1),
+            };
+            assert!(seen[layer][..delay].iter().all(Vec::is_empty), "layer {layer} began early");
+            let n_steps = 5 * TICKS as usize - delay;
+            assert!(seen[layer][delay..] == expected[layer][..n_steps], "layer {layer} differs");
+            assert!(seen[layer].iter().any(|step| !step.is_empty()), "layer {layer} is silent");
+        }
+        for (tick, voltages) in voltages.iter().enumerate().skip(1) {
+            assert_eq!(*voltages, latent[5 * tick + 4 - n_encoder], "tick {tick}");
+        }
+        assert_eq!(counts[..2], [vec![0, 0], vec![0, 0]]);
+        assert_eq!(counts[2..], decisions[..TICKS as usize - 2]);
+        let used = on_chip.chip_use().counts;
+        assert_eq!((used.management_writes, used.deliveries_while_held), (0, 0));
+        assert_eq!(used.barriers, 5 * TICKS);
+    }
+}
+
 #[test]
 fn the_full_network_equals_the_fixed_point_reference() {
     let (network, nearest) = (full(), Policy::named("nearest").unwrap());
@@ -189,7 +253,8 @@ fn the_chip_agrees_with_the_float_network_and_not_with_another() {
     let network = small(true);
     let fine = Policy::named("nearest").unwrap();
     let deployment =
-        Deployment::compile_eem_san(&network, &fine, &ChipSpec::loihi1(), None).unwrap();
+        Deployment::compile_eem_san(&network, &fine, &ChipSpec::loihi1(), None, Schedule::Held)
+            .unwrap();
     let compared = |network: &EemSan| {
         let mut comparison = Comparison::new(network, &deployment, event(&deployment)).unwrap();
         comparison.start_trial(Streams::new(7, 0));
@@ -216,7 +281,8 @@ fn costs_of_host_and_management_are_counted() {
     let network = small(true);
     let nearest = Policy::named("nearest").unwrap();
     let deployment =
-        Deployment::compile_eem_san(&network, &nearest, &ChipSpec::loihi1(), None).unwrap();
+        Deployment::compile_eem_san(&network, &nearest, &ChipSpec::loihi1(), None, Schedule::Held)
+            .unwrap();
     let mut policy = EemSanChipPolicy::new(&deployment, event(&deployment)).unwrap();
     policy.start_trial(Streams::new(1, 0));
     let cleared = deployment.map.cores().iter().map(|core| core.compartments() as u64);
@@ -264,6 +330,13 @@ fn what_cannot_be_on_the_chip_is_refused() {
     folder.good("compile reflex -o r.map");
     let line = "agree e.map blind.safetensors --json out.json";
     refused(&folder, line, &["map of good: layers encoder.1 (4096), ", "compiled from"]);
+    let none = "blind, schedule streaming: there is no encoder";
+    refused(&folder, "compile blind.safetensors --schedule streaming -o out.map", &[none]);
+    let none = "reflex: --schedule is for an EEM-SAN, and this is none; leave it out";
+    refused(&folder, "compile reflex --schedule held -o out.map", &[none]);
+    folder.good("compile good.safetensors --schedule streaming -o s.map");
+    let apart = "map of good: schedule streaming, in which layers are apart in time";
+    refused(&folder, "agree s.map good.safetensors --json out.json", &[apart]);
     refused(&folder, "agree r.map good.safetensors --json out.json", &["reflex: not a map of"]);
     refused(&folder, "agree e.map reflex --json out.json", &["reflex: a network with a rate code"]);
     let rate = "good chip (nearest): control rate 10 Hz gives 10 event frames per control tick";
@@ -288,6 +361,10 @@ fn a_compiled_eem_san_drives_and_agrees_from_the_command_line() {
     }
     let chip = |name: &str| folder.json(name)["drivers"][0]["trials"].clone();
     assert_eq!(chip("1.json"), chip("2.json"));
+    let compiled = folder.good("compile e.safetensors --schedule streaming -o s.map");
+    assert!(compiled.out.contains(", streaming, 5 chip steps per control tick"));
+    let ran = folder.good(&format!("drive s.map {short}"));
+    assert!(ran.out.contains("| e chip (nearest, streaming) |"), "{}", ran.out);
     folder.good(&format!("drive e.map {short} --engine dense --json d.json"));
     assert_eq!(chip("1.json"), chip("d.json"));
     let line = "agree e.map e.safetensors --ticks 8 --arena courtyard-moving --json a.json";

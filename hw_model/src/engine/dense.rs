@@ -217,11 +217,13 @@ impl Engine for DenseEngine {
         self.arriving.iter_mut().for_each(|axons| axons.fill(0));
     }
 
-    fn reset_cores(&mut self, cores: &[CoreId]) {
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
         for core in cores.iter().map(|core| core.index()) {
             self.chip_counts.host_resets += self.state[core].len() as u64;
             self.state[core].fill(CompartmentState::default());
-            self.arriving[core].fill(0);
+            if spikes {
+                self.arriving[core].fill(0);
+            }
         }
     }
 

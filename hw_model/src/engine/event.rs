@@ -425,12 +425,12 @@ impl Engine for EventEngine {
         self.spikes.iter().for_each(SpikeSets::clear);
     }
 
-    fn reset_cores(&mut self, cores: &[CoreId]) {
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
         for core in cores {
             let core = &mut self.cores[core.index()];
             self.chip_counts.host_resets += core.current.len() as u64;
             core.clear();
-            core.deaf = true;
+            core.deaf |= spikes;
         }
     }
 

@@ -123,7 +123,7 @@ proptest! {
     fn engines_agree_while_cores_are_held_released_and_cleared(
         recipe in recipe(),
         raw in spikes(STEPS),
-        orders in prop::collection::vec((0..STEPS, any::<u16>(), 0..3u8), 1..10),
+        orders in prop::collection::vec((0..STEPS, any::<u16>(), 0..4u8), 1..10),
     ) {
         let map = Arc::new(recipe.build());
         let stimulus = stimulus(&map, STEPS, &raw);
@@ -168,7 +168,7 @@ fn shifted_run(engine: &mut dyn Engine, stimulus: &Stimulus) -> (Vec<String>, Op
 }
 
 /// A run in which the management processor does something before some steps: (step, cores as
-/// bits, clear, hold or release).
+/// bits, clear, hold, release or clear the state alone).
 fn ordered_run(
     engine: &mut dyn Engine,
     stimulus: &Stimulus,
@@ -182,7 +182,8 @@ fn ordered_run(
             let cores: Vec<CoreId> =
                 (0..engine.map().cores().len() as u16).map(CoreId).filter(named).collect();
             match order {
-                0 => engine.reset_cores(&cores),
+                0 => engine.reset_cores(&cores, true),
+                3 => engine.reset_cores(&cores, false),
                 1 => engine.set_held(&cores, true),
                 _ => engine.set_held(&cores, false),
             }
@@ -363,14 +364,19 @@ fn clearing_one_core_takes_its_state_and_what_is_under_way_to_it() {
     for mut engine in sender_and_sink() {
         engine.run(&Stimulus::silent(4), none);
         assert_eq!(voltages(engine.as_ref()), [0, 128]);
-        engine.reset_cores(&[CoreId(1)]);
+        engine.reset_cores(&[CoreId(1)], true);
         engine.run(&Stimulus::silent(1), none);
         assert_eq!(voltages(engine.as_ref()), [40, 0]);
         engine.run(&Stimulus::silent(2), none);
         assert_eq!(voltages(engine.as_ref()), [40, 128]);
         assert_eq!(engine.total_counts().host_resets, 1);
-        engine.reset_cores(&[CoreId(0)]);
+        engine.reset_cores(&[CoreId(0)], false);
         assert_eq!(voltages(engine.as_ref()), [0, 128]);
+        engine.run(&Stimulus::silent(2), none);
+        engine.reset_cores(&[CoreId(1)], false);
+        assert_eq!(voltages(engine.as_ref()), [0, 0]);
+        engine.run(&Stimulus::silent(1), none);
+        assert_eq!(voltages(engine.as_ref()), [40, 128], "the spike under way arrived");
     }
 }
 

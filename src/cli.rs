@@ -1,5 +1,6 @@
 //! Verbs of the command line. Everything that prints, reads the clock or writes files is here.
 
+mod agree;
 mod arena;
 mod args;
 mod camera;
@@ -49,6 +50,7 @@ impl From<Verdict> for std::process::ExitCode {
 /// Runs the verb that was typed.
 pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
     match args.verb {
+        Verb::Agree(args) => agree::run(&args),
         Verb::Compile(args) => compile::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Run(args) => run::run(&args),

@@ -20,6 +20,10 @@ const WHEEL_BASE_M: f64 = 0.25;
 /// Spikes of one decision: for each step, one flag per input.
 pub type InputSpikes = Vec<Vec<bool>>;
 
+/// Spikes of several layers in the steps of their windows: `[layer][step]`, the numbers of the
+/// neurons that spiked, rising. A picture counts channel by channel, row by row.
+pub type LayerSpikes = Vec<Vec<Vec<u32>>>;
+
 /// Input spikes of one decision: one Bernoulli draw per step and input.
 ///
 /// Shapes: `steps` rows of one flag per input; drawn step by step, input by input.

@@ -1,10 +1,12 @@
 //! Many trials with one driver, in parallel, with the same result in any order.
 
+mod agreement;
 mod condition;
 mod driver;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub use agreement::{Agreement, AgreementError, Comparison, LayerAgreement};
 pub use condition::{CONDITIONS, Condition};
 pub use driver::{Driver, DriverKind, EngineKind};
 

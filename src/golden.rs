@@ -7,6 +7,7 @@
 
 mod head;
 mod network_loop;
+mod small_eem_san;
 
 use std::path::{Path, PathBuf};
 

@@ -2,6 +2,10 @@
 
 pub mod chip_policy;
 pub mod deployment;
+pub mod eem_san_policy;
+pub mod eem_san_program;
 
-pub use chip_policy::{ChipPolicy, ChipUse};
+pub use chip_policy::{ChipPolicy, ChipUse, HostCounts};
 pub use deployment::{DecisionProgram, Deployment};
+pub use eem_san_policy::EemSanChipPolicy;
+pub use eem_san_program::{EemSanProgram, Schedule};

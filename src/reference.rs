@@ -9,12 +9,14 @@ pub mod counted;
 pub mod eem_san;
 pub mod event_encoder;
 pub mod fixed;
+pub mod fixed_eem_san;
 pub mod float;
 
 pub use counted::CountedEemSan;
 pub use eem_san::EemSanPolicy;
 pub use event_encoder::FloatEncoder;
 pub use fixed::FixedNetwork;
+pub use fixed_eem_san::FixedEemSan;
 pub use float::{FloatNetwork, FloatPolicy};
 
 /// What a decision of a network shows.

@@ -98,14 +98,7 @@ pub fn update(
     let decayed = decay_toward_zero(state.current, params.current_keep);
     let (u, current_overflowed) =
         narrow(i64::from(decayed) + i64::from(q), widths.current_bits, widths.current_overflow);
-    let (drive, bias_sum_overflowed) = narrow(
-        i64::from(u) + i64::from(params.bias),
-        widths.current_bits,
-        widths.current_plus_bias_overflow,
-    );
-    let sum = i64::from(decay_toward_zero(state.voltage, params.voltage_keep)) + i64::from(drive);
-    let clipped = clip_signed(sum, widths.voltage_bits);
-    let v = if state.refractory_left > 0 { 0 } else { clipped };
+    let (v, bias_sum_overflowed, voltage_clipped) = new_voltage(params, widths, state, u);
     let spike = v > params.threshold;
     let refractory_left = if spike { params.refractory_steps } else { state.refractory_left };
     Update {
@@ -120,8 +113,38 @@ pub fn update(
         accumulator_overflowed,
         current_overflowed,
         bias_sum_overflowed,
-        voltage_clipped: i64::from(clipped) != sum,
+        voltage_clipped,
     }
+}
+
+/// The voltage that was compared with the threshold in a step, from the state before the step and
+/// the current after it: a spike takes it away from the state, and whoever reads both gets it back.
+pub fn voltage_before_reset(
+    params: &CompartmentParams,
+    widths: &Widths,
+    before: CompartmentState,
+    current_after: i32,
+) -> i32 {
+    new_voltage(params, widths, before, current_after).0
+}
+
+/// Voltage before reset, whether current plus bias did not fit, whether the voltage was clipped.
+#[inline]
+fn new_voltage(
+    params: &CompartmentParams,
+    widths: &Widths,
+    state: CompartmentState,
+    u: i32,
+) -> (i32, bool, bool) {
+    let (drive, bias_sum_overflowed) = narrow(
+        i64::from(u) + i64::from(params.bias),
+        widths.current_bits,
+        widths.current_plus_bias_overflow,
+    );
+    let sum = i64::from(decay_toward_zero(state.voltage, params.voltage_keep)) + i64::from(drive);
+    let clipped = clip_signed(sum, widths.voltage_bits);
+    let v = if state.refractory_left > 0 { 0 } else { clipped };
+    (v, bias_sum_overflowed, i64::from(clipped) != sum)
 }
 
 impl CompartmentParams {

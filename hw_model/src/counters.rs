@@ -63,6 +63,10 @@ op_counts! {
     host_reads,
     /// Compartments whose state the management processor cleared.
     host_resets,
+    /// Update-count registers that the management processor wrote to hold or release a core.
+    management_writes,
+    /// Spikes that arrived on an input axon of a held core and were lost.
+    deliveries_while_held,
     /// Accumulated inputs that did not fit their register.
     accumulator_overflows,
     /// Currents that did not fit their register.

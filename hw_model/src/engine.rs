@@ -7,6 +7,11 @@
 //! 2. every core updates its compartments ([`crate::compartment::update`]);
 //! 3. spikes leave on output axons, the host injects its own;
 //! 4. all cores meet at the barrier.
+//!
+//! A *held* core takes part in none of this but the barrier: it updates no compartment, keeps its
+//! state and sends nothing, and spikes that arrive at it are lost, counted as
+//! [`OpCounts::deliveries_while_held`] and as nothing else. What silicon does with them is not
+//! public, so a program that holds cores had better keep that counter at 0.
 
 use crate::compartment::CompartmentState;
 use crate::core_map::CoreMap;
@@ -49,8 +54,21 @@ pub trait Engine: Send {
     /// Modelled chip time so far in picoseconds, one value for each cost table of the chip.
     fn chip_time_ps(&self) -> &[u64];
 
-    /// The management processor clears all state and all spikes under way; counted.
+    /// The management processor clears all state and all spikes under way; counted. Held cores
+    /// stay held.
     fn reset(&mut self);
+
+    /// The management processor clears the state of `cores`, and with `spikes` all spikes under
+    /// way to them; counted as by [`Engine::reset`]. Panics when there is no such core.
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool);
+
+    /// The management processor holds `cores` from the next step on, or lets them go on.
+    ///
+    /// On the chip it writes each core's update-count register: a core updates as many groups of
+    /// compartments as it says, at 0 none. That a hold costs no more than this write is an
+    /// assumption of the model. One register write is counted for each core named, held before or
+    /// not. Panics when there is no such core.
+    fn set_held(&mut self, cores: &[CoreId], held: bool);
 
     /// The host reads `n` spike counters or states; counted.
     fn count_host_reads(&mut self, n: u64);

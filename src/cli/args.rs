@@ -12,6 +12,8 @@ use spikeloop::world::robot::Actuators;
 /// Most chip steps of a run: more than two hours of 1 ms steps.
 pub(super) const STEPS_MAX: usize = 10_000_000;
 const THREADS_MAX: usize = 256;
+/// Most control ticks of a comparison.
+const TICKS_MAX: usize = 1_000_000;
 const REPEATS_MAX: u64 = 1000;
 
 /// Whole numbers from 1 on.
@@ -50,6 +52,8 @@ pub(super) enum Verb {
     Thresholds(ThresholdsArgs),
     /// What a decision costs beside artificial counterparts (Table 5), in four accountings
     Table5(Table5Args),
+    /// Compare a compiled EEM-SAN with its float network, layer by layer, on equal observations
+    Agree(AgreeArgs),
     /// Put results of `drive` into one HTML page
     Report(ReportArgs),
     /// Record or check golden traces
@@ -120,9 +124,10 @@ pub(super) enum TrainVerb {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct CompileArgs {
-    /// Description file (.toml), integer network (.json), or a built-in name (reflex, san)
+    /// Description file (.toml), EEM-SAN (.safetensors), integer network (.json), or a built-in
+    /// name (reflex, san, eem-san, laser-only)
     pub(super) network: String,
-    /// Trained weights (.safetensors), or .npz for an integer network
+    /// Trained weights (.safetensors) of a description, or .npz for an integer network
     #[arg(long, value_name = "FILE")]
     pub(super) weights: Option<PathBuf>,
     /// Built-in chip, or a chip file (.toml)
@@ -131,6 +136,10 @@ pub(super) struct CompileArgs {
     /// Quantization policy: nearest (the default), fine, diffused, mixed, san, san-nearest
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
+    /// How an EEM-SAN's encoder and decision module share the chip's steps: held (the default), or
+    /// streaming
+    #[arg(long, value_enum)]
+    pub(super) schedule: Option<ScheduleArg>,
     /// Largest number of neurons of one layer on a core
     #[arg(long, value_name = "N", value_parser = up_to(usize::MAX))]
     pub(super) neurons_per_core: Option<usize>,
@@ -152,6 +161,14 @@ pub(super) struct InspectArgs {
     /// Draw the chip, its cores coloured by layer and by use of synapse memory
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "dump"])]
     pub(super) picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum ScheduleArg {
+    /// One after the other, equal to Algorithm 1
+    Held,
+    /// A chip step per event frame; actions come two control ticks late
+    Streaming,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -373,6 +390,32 @@ pub(super) struct Table5Args {
     #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
     pub(super) v_max: f64,
     /// Counts, rates and ratios to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct AgreeArgs {
+    /// Core map of an EEM-SAN or its laser-only control
+    pub(super) map: PathBuf,
+    /// The network that it was compiled from: weights (.safetensors) or built-in name
+    pub(super) network: String,
+    /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
+    #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
+    pub(super) arena: String,
+    /// Control ticks to compare; the float network drives, one trial after the other
+    #[arg(long, default_value_t = 200, value_name = "N", value_parser = up_to(TICKS_MAX))]
+    pub(super) ticks: usize,
+    /// Seed of all random streams
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Fastest wheel speed
+    #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
+    pub(super) v_max: f64,
+    /// Engine
+    #[arg(long, value_enum, default_value = "event")]
+    pub(super) engine: EngineArg,
+    /// Counts to write
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
 }

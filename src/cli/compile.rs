@@ -5,10 +5,10 @@ use std::path::Path;
 use hw_model::ChipSpec;
 use spikeloop::compile::Policy;
 use spikeloop::files;
-use spikeloop::host::Deployment;
-use spikeloop::net::{builtin, integer};
+use spikeloop::host::{Deployment, Schedule};
+use spikeloop::net::{Controller, builtin, integer};
 
-use crate::cli::args::CompileArgs;
+use crate::cli::args::{CompileArgs, ScheduleArg};
 use crate::cli::output::{check_outputs, header, say};
 use crate::cli::{Failure, Verdict, inspect, output};
 
@@ -33,8 +33,22 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
-        let network = builtin::read(&args.network, weights)?;
-        return Ok(Deployment::compile(&network, &policy, &chip, args.neurons_per_core)?);
+        let cores = args.neurons_per_core;
+        let network = builtin::open(&args.network, weights)?;
+        let schedule = match (&network, args.schedule) {
+            (Controller::Described(_), Some(_)) => return Err(no_schedule(args)),
+            (_, Some(ScheduleArg::Streaming)) => Schedule::Streaming,
+            (_, Some(ScheduleArg::Held) | None) => Schedule::Held,
+        };
+        return Ok(match network {
+            Controller::Described(n) => Deployment::compile(&n, &policy, &chip, cores)?,
+            Controller::EemSan(n) => {
+                Deployment::compile_eem_san(&n, &policy, &chip, cores, schedule)?
+            }
+        });
+    }
+    if args.schedule.is_some() {
+        return Err(no_schedule(args));
     }
     if let Some(policy) = &args.policy {
         return Err(format!(
@@ -44,6 +58,11 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         .into());
     }
     Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, args.neurons_per_core)?)
+}
+
+fn no_schedule(args: &CompileArgs) -> Failure {
+    let name = &args.network;
+    format!("{name}: --schedule is for an EEM-SAN, and this is none; leave it out").into()
 }
 
 /// A built-in chip, or one from a file.

@@ -9,7 +9,7 @@ use spikeloop::report::plot::trajectories;
 use spikeloop::report::results::{
     ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
 };
-use spikeloop::report::tables::{camera_note, cost_table, outcome_table, overflow_line};
+use spikeloop::report::tables::{camera_note, cost_table, host_line, outcome_table, overflow_line};
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -164,6 +164,12 @@ pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
     say("per decision on the emulated chip (static energy is not part of the dynamic):")?;
     say(costs)?;
     for driver in &result.drivers {
+        let decisions = driver.summary.decisions;
+        let line = driver.summary.chip.as_ref().and_then(|chip| host_line(chip, decisions));
+        if let Some(line) = line {
+            let (label, seed) = (&driver.label, driver.seed);
+            say(format_args!("{label}, seed {seed}: host, per decision: {line}"))?;
+        }
         if let Some(line) = driver.summary.chip.as_ref().and_then(overflow_line) {
             say(format_args!(
                 "{}, seed {}: registers overflowed: {line}",

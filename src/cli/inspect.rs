@@ -3,7 +3,7 @@
 use hw_model::CoreMap;
 use hw_model::id::CoreId;
 use serde_json::json;
-use spikeloop::host::Deployment;
+use spikeloop::host::{Deployment, Schedule};
 use spikeloop::report::chip_picture::{chip_picture, cores_of};
 use spikeloop::report::tables::plain;
 
@@ -97,6 +97,16 @@ pub(super) fn table(deployment: &Deployment) -> String {
     let steps = deployment.program.as_ref().map_or_else(String::new, |program| {
         format!(", {} chip steps per decision (T = {})", program.chip_steps, program.steps)
     });
+    let steps = deployment.eem_san.as_ref().map_or(steps, |program| {
+        if program.schedule == Schedule::Streaming {
+            return format!(", streaming, {} chip steps per control tick", program.steps);
+        }
+        let encoder = program.encoder.as_ref().map_or_else(String::new, |phase| {
+            format!(", {} chip steps per {} event frames", phase.chip_steps, phase.frames)
+        });
+        let (chip_steps, steps) = (program.decision_steps, program.steps);
+        format!("{encoder}, {chip_steps} chip steps per decision (T = {steps})")
+    });
     format!("cores {}/{}{steps}\n{table}", usage.used, usage.limit)
 }
 
@@ -119,6 +129,7 @@ fn as_json(deployment: &Deployment, digest: &str) -> serde_json::Value {
             .map(|p| json!({ "name": p.name, "lines": p.lines, "messages": p.targets.len() }))
             .collect::<Vec<_>>(),
         "program": deployment.program,
+        "eem_san": deployment.eem_san,
         "scales": deployment.scales,
     })
 }

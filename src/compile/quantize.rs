@@ -115,6 +115,11 @@ fn threshold_mantissa(layer: &Layer, scale: f64, chip: &ChipSpec) -> Result<u32,
 }
 
 impl QuantizedLayer {
+    /// Chip units of current and voltage for 1 of the float network's.
+    pub fn voltage_unit(&self) -> f64 {
+        64.0 * self.scale * f64::from(1u32 << self.exponent)
+    }
+
     /// Whether any register can overflow in the worst case: all inputs of one sign of a neuron
     /// spike in every step.
     fn can_overflow(&self, layer: &Layer, chip: &ChipSpec) -> bool {
@@ -231,7 +236,7 @@ pub fn quantize(
     Ok(Quantized { graph, layers })
 }
 
-fn population(layer: &Layer, quantized: &QuantizedLayer) -> GraphPopulation {
+pub(super) fn population(layer: &Layer, quantized: &QuantizedLayer) -> GraphPopulation {
     let decay = |keep: f64| ((1.0 - keep) * f64::from(DECAY_UNIT)).round() as u16;
     GraphPopulation {
         name: layer.name.clone(),
@@ -268,7 +273,7 @@ fn add_relay(graph: &mut IntegerGraph, port: usize, name: &str) -> Source {
     Source::Population(target)
 }
 
-fn transposed(weights: &[i16], rows: usize, columns: usize) -> Vec<i16> {
+pub(super) fn transposed(weights: &[i16], rows: usize, columns: usize) -> Vec<i16> {
     (0..columns).flat_map(|c| (0..rows).map(move |r| weights[r * columns + c])).collect()
 }
 

@@ -6,7 +6,7 @@ use hw_model::{DenseEngine, Engine, EventEngine, container};
 
 use crate::closed_loop::{StraightToGoal, TrialConfig};
 use crate::evaluate::FlyError;
-use crate::host::{ChipPolicy, ChipUse, Deployment};
+use crate::host::{ChipPolicy, ChipUse, Deployment, EemSanChipPolicy, Schedule};
 use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::net::{Controller, Network};
 use crate::policy::Policy;
@@ -54,6 +54,7 @@ pub struct Driver {
 /// A driver in a trial.
 pub(super) enum Active {
     Chip(Box<ChipPolicy>),
+    EemSanChip(Box<EemSanChipPolicy>),
     Other(Box<dyn Policy>),
 }
 
@@ -78,13 +79,14 @@ impl Driver {
 
     /// A compiled network; `None` when it has no encoder and decoder.
     pub fn chip(deployment: Deployment, engine: EngineKind) -> Option<Self> {
-        deployment.program.as_ref()?;
-        let label = match engine {
-            EngineKind::Event => format!("{} chip ({})", deployment.network, deployment.policy),
-            EngineKind::Dense => {
-                format!("{} chip ({}, dense)", deployment.network, deployment.policy)
-            }
-        };
+        if !deployment.can_drive() {
+            return None;
+        }
+        let dense = if engine == EngineKind::Dense { ", dense" } else { "" };
+        let schedule = deployment.eem_san.as_ref().map(|program| program.schedule);
+        let streaming = if schedule == Some(Schedule::Streaming) { ", streaming" } else { "" };
+        let label =
+            format!("{} chip ({}{streaming}{dense})", deployment.network, deployment.policy);
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
         let digest = Some(deployment.map.digest());
@@ -120,7 +122,11 @@ impl Driver {
 
     /// Whether its network takes the frames of an event camera.
     pub fn needs_camera(&self) -> bool {
-        matches!(&self.kind, DriverKind::EemSan(policy) if policy.takes_frames())
+        match &self.kind {
+            DriverKind::EemSan(policy) => policy.takes_frames(),
+            DriverKind::Chip { deployment, .. } => deployment.takes_frames(),
+            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner => false,
+        }
     }
 
     /// The settings that this driver flies by: `config`, with a camera when it needs one.
@@ -150,8 +156,12 @@ impl Driver {
                     Some(template) => Box::new(template.fresh()),
                     None => Box::new(DenseEngine::new(Arc::clone(&deployment.map))),
                 };
-                let policy = ChipPolicy::new(deployment, engine);
-                Active::Chip(Box::new(policy.expect("checked when the driver was made")))
+                let checked = "checked when the driver was made";
+                if deployment.eem_san.is_some() {
+                    let policy = EemSanChipPolicy::new(deployment, engine);
+                    return Active::EemSanChip(Box::new(policy.expect(checked)));
+                }
+                Active::Chip(Box::new(ChipPolicy::new(deployment, engine).expect(checked)))
             }
         }
     }
@@ -161,6 +171,7 @@ impl Active {
     pub(super) fn policy(&mut self) -> &mut dyn Policy {
         match self {
             Active::Chip(policy) => policy.as_mut(),
+            Active::EemSanChip(policy) => policy.as_mut(),
             Active::Other(policy) => policy.as_mut(),
         }
     }
@@ -168,6 +179,7 @@ impl Active {
     pub(super) fn chip_use(&self) -> Option<ChipUse> {
         match self {
             Active::Chip(policy) => Some(policy.chip_use()),
+            Active::EemSanChip(policy) => Some(policy.chip_use()),
             Active::Other(_) => None,
         }
     }

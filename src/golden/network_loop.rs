@@ -11,6 +11,7 @@ use crate::coding::InputSpikes;
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::{Head, Kind, LoopDriver};
+use crate::golden::small_eem_san;
 use crate::host::{ChipPolicy, DecisionProgram, Deployment};
 use crate::net::{Network, builtin};
 use crate::policy::{Action, Observation, Policy};
@@ -24,10 +25,13 @@ use crate::world::pairs::{PairRules, generate_pairs};
 const INPUT_RATE: f64 = 0.3;
 
 /// Name of an engine and the lines it gives.
-type Run = (String, Vec<String>);
+pub(super) type Run = (String, Vec<String>);
 
 /// The trace through every engine, the dense reference first.
 pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
+    if (head.kind, head.network.as_str()) == (Kind::Network, small_eem_san::NAME) {
+        return small_eem_san::run_all(head);
+    }
     let network_error =
         |source| GoldenError::Network { file: head.file.clone(), source: Box::new(source) };
     let network = builtin::read(&head.network, None).map_err(network_error)?;

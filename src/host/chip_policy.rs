@@ -18,8 +18,38 @@ pub struct ChipUse {
     /// What cores did within their own population's decision window: the operations of
     /// Algorithm 1, without what idle and trailing steps add.
     pub windowed: OpCounts,
+    /// What the cores of an EEM-SAN's encoder did.
+    pub encoder: OpCounts,
+    /// What the host computed.
+    pub host: HostCounts,
     /// Modelled chip time in picoseconds, one value for each cost table.
     pub time_ps: Vec<u64>,
+}
+
+/// Work of the host beside injecting spikes and reading counters, which the chip counts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct HostCounts {
+    /// Multiplications with additions of the readout of the DVS state.
+    pub readout_macs: u64,
+    /// Gaussians of population codes.
+    pub gaussians: u64,
+    /// Random draws of codes.
+    pub draws: u64,
+}
+
+impl HostCounts {
+    /// Every counter with its name, in a fixed order.
+    pub fn named(&self) -> [(&'static str, u64); 3] {
+        [("readout_macs", self.readout_macs), ("gaussians", self.gaussians), ("draws", self.draws)]
+    }
+}
+
+impl std::ops::AddAssign<&HostCounts> for HostCounts {
+    fn add_assign(&mut self, other: &HostCounts) {
+        self.readout_macs += other.readout_macs;
+        self.gaussians += other.gaussians;
+        self.draws += other.draws;
+    }
 }
 
 impl std::ops::AddAssign<&ChipUse> for ChipUse {
@@ -27,6 +57,8 @@ impl std::ops::AddAssign<&ChipUse> for ChipUse {
         self.decisions += other.decisions;
         self.counts += &other.counts;
         self.windowed += &other.windowed;
+        self.encoder += &other.encoder;
+        self.host += &other.host;
         self.time_ps.resize(self.time_ps.len().max(other.time_ps.len()), 0);
         self.time_ps.iter_mut().zip(&other.time_ps).for_each(|(sum, one)| *sum += one);
     }
@@ -41,6 +73,7 @@ pub struct ChipPolicy {
     streams: Streams,
     decisions: u64,
     windowed: OpCounts,
+    host: HostCounts,
 }
 
 impl std::fmt::Debug for ChipPolicy {
@@ -60,8 +93,8 @@ impl ChipPolicy {
             about.slices.iter().for_each(|s| population_of_core[s.core.index()] = Some(population));
         }
         let streams = Streams::new(0, 0);
-        let windowed = OpCounts::default();
-        Some(Self { engine, program, population_of_core, streams, decisions: 0, windowed })
+        let (windowed, host) = (OpCounts::default(), HostCounts::default());
+        Some(Self { engine, program, population_of_core, streams, decisions: 0, windowed, host })
     }
 
     /// One decision from cleared state: spike counts of the output neurons.
@@ -114,6 +147,8 @@ impl ChipPolicy {
             decisions: self.decisions,
             counts: self.engine.total_counts(),
             windowed: self.windowed,
+            encoder: OpCounts::default(),
+            host: self.host,
             time_ps: self.engine.chip_time_ps().to_vec(),
         }
     }
@@ -127,6 +162,8 @@ impl Policy for ChipPolicy {
     fn act(&mut self, observation: &Observation, tick: u64) -> Action {
         let program = &self.program;
         let input = encode(&program.encoder, observation, program.steps, &self.streams, tick);
+        let drawn: usize = input.iter().map(Vec::len).sum();
+        self.host.draws += drawn as u64;
         let counts = self.decide(&input);
         decode(&counts, self.program.steps)
     }

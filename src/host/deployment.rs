@@ -12,13 +12,14 @@ use thiserror::Error;
 
 use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
-use crate::compile::{CompileError, IntegerGraph, Policy, place};
+use crate::compile::{CompileError, IntegerGraph, Policy, place, quantize_eem_san};
+use crate::host::eem_san_program::{EemSanProgram, Schedule};
 use crate::net::integer::IntegerNet;
-use crate::net::{MAP_LABEL, Network, RateEncoder};
+use crate::net::{EemSan, MAP_LABEL, Network, RateEncoder};
 
 const KIND: Kind = Kind {
     label: MAP_LABEL,
-    version: 1,
+    version: 2,
     advice: "compile the network again with `spikeloop compile`",
 };
 
@@ -33,6 +34,8 @@ pub struct Deployment {
     pub map: Arc<CoreMap>,
     /// The host's part; `None` for a network without encoder and decoder.
     pub program: Option<DecisionProgram>,
+    /// The host's part of an EEM-SAN.
+    pub eem_san: Option<EemSanProgram>,
     /// Mantissas per unit of the float weights, by layer.
     pub scales: Vec<(String, f64)>,
 }
@@ -44,6 +47,7 @@ struct DeploymentFile {
     policy: String,
     map: CoreMapParts,
     program: Option<DecisionProgram>,
+    eem_san: Option<EemSanProgram>,
     scales: Vec<(String, f64)>,
 }
 
@@ -125,9 +129,48 @@ impl Deployment {
             network: network.name.clone(),
             policy: policy.name.to_owned(),
             program: Some(DecisionProgram::new(network, &quantized, &map)),
+            eem_san: None,
             scales: scales.map(|(layer, q)| (layer.name.clone(), q.scale)).collect(),
             map: Arc::new(map),
         })
+    }
+
+    /// Compiles an EEM-SAN or its laser-only control.
+    ///
+    /// Errors: as [`quantize_eem_san`] and [`place::place`]; streaming without an encoder.
+    pub fn compile_eem_san(
+        network: &EemSan,
+        policy: &Policy,
+        chip: &ChipSpec,
+        neurons_per_core_max: Option<usize>,
+        schedule: Schedule,
+    ) -> Result<Self, CompileError> {
+        if schedule == Schedule::Streaming && network.encoder.is_none() {
+            return Err(CompileError::Graph {
+                place: format!("network {}, schedule streaming", network.name),
+                problem: "there is no encoder of event frames to keep pace with".to_owned(),
+            });
+        }
+        let quantized = quantize_eem_san(network, policy, chip)?;
+        let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
+        Ok(Self {
+            network: network.name.clone(),
+            policy: policy.name.to_owned(),
+            program: None,
+            eem_san: Some(EemSanProgram::new(network, &quantized, &map, schedule)),
+            scales: quantized.layers.into_iter().map(|(name, q)| (name, q.scale)).collect(),
+            map: Arc::new(map),
+        })
+    }
+
+    /// Whether it can drive: there is a host program for observations and actions.
+    pub fn can_drive(&self) -> bool {
+        self.program.is_some() || self.eem_san.is_some()
+    }
+
+    /// Whether it takes the frames of an event camera.
+    pub fn takes_frames(&self) -> bool {
+        self.eem_san.as_ref().is_some_and(|program| program.encoder.is_some())
     }
 
     /// Places an integer network.
@@ -141,7 +184,8 @@ impl Deployment {
         let network = net.name.clone();
         let map = place::place(&IntegerGraph::from(net), chip, neurons_per_core_max)?;
         let policy = "integer".to_owned();
-        Ok(Self { network, policy, map: Arc::new(map), program: None, scales: Vec::new() })
+        let map = Arc::new(map);
+        Ok(Self { network, policy, map, program: None, eem_san: None, scales: Vec::new() })
     }
 
     /// Bytes of the deployment's file.
@@ -151,6 +195,7 @@ impl Deployment {
             policy: self.policy.clone(),
             map: self.map.parts().clone(),
             program: self.program.clone(),
+            eem_san: self.eem_san.clone(),
             scales: self.scales.clone(),
         };
         container::to_bytes(KIND, &file)
@@ -173,9 +218,10 @@ impl Deployment {
             file: file.to_owned(),
             source: Box::new(source),
         })?;
-        if let Some(program) = &content.program {
-            program
-                .check(&map)
+        let decision = content.program.as_ref().map(|program| program.check(&map));
+        let eem_san = content.eem_san.as_ref().map(|program| program.check(&map));
+        for checked in [decision, eem_san].into_iter().flatten() {
+            checked
                 .map_err(|problem| DeploymentError::Program { file: file.to_owned(), problem })?;
         }
         Ok(Self {
@@ -183,6 +229,7 @@ impl Deployment {
             policy: content.policy,
             map: Arc::new(map),
             program: content.program,
+            eem_san: content.eem_san,
             scales: content.scales,
         })
     }

@@ -17,6 +17,7 @@ fn resealed(change: impl FnOnce(&mut DeploymentFile)) -> Vec<u8> {
         policy: d.policy,
         map: d.map.parts().clone(),
         program: d.program,
+        eem_san: d.eem_san,
         scales: d.scales,
     };
     change(&mut file);
@@ -42,7 +43,7 @@ fn another_version_says_to_compile_again() {
     bytes[8] = 9;
     assert_eq!(
         error_of(&bytes),
-        "x.map: version 9 found, 1 expected; compile the network again with `spikeloop compile`"
+        "x.map: version 9 found, 2 expected; compile the network again with `spikeloop compile`"
     );
 }
 

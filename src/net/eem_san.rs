@@ -5,7 +5,7 @@
 //! laser-only control.
 
 use safetensors::SafeTensors;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::net::error::NetError;
 use crate::net::network::Layer;
@@ -77,7 +77,7 @@ pub struct ConvLayer {
 }
 
 /// A fully connected layer that the host computes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Readout {
     /// [outputs, inputs].
     pub weights: Vec<f32>,
@@ -114,15 +114,34 @@ impl PopulationBranch {
     /// Strength of stimulation of every neuron, `exp(-((s - mean) / deviation)^2 / 2)` (eq. 6),
     /// its probability to spike per step.
     pub fn activity(&self, state: &[f32]) -> Vec<f64> {
-        let fields = self.mean.chunks(self.neurons).zip(self.deviation.chunks(self.neurons));
-        let mut activity = Vec::with_capacity(self.mean.len());
-        for (value, (means, deviations)) in state.iter().zip(fields) {
-            activity.extend(means.iter().zip(deviations).map(|(mean, deviation)| {
-                let offset = f64::from(value - mean) / f64::from(*deviation);
-                libm::exp(-0.5 * offset * offset)
-            }));
-        }
-        activity
+        gaussian_activity(&self.mean, &self.deviation, self.neurons, state)
+    }
+}
+
+/// [`PopulationBranch::activity`] of centres and widths, `neurons` for each number of `state`.
+pub fn gaussian_activity(
+    mean: &[f32],
+    deviation: &[f32],
+    neurons: usize,
+    state: &[f32],
+) -> Vec<f64> {
+    let fields = mean.chunks(neurons).zip(deviation.chunks(neurons));
+    let mut activity = Vec::with_capacity(mean.len());
+    for (value, (means, deviations)) in state.iter().zip(fields) {
+        activity.extend(means.iter().zip(deviations).map(|(mean, deviation)| {
+            let offset = f64::from(value - mean) / f64::from(*deviation);
+            libm::exp(-0.5 * offset * offset)
+        }));
+    }
+    activity
+}
+
+impl Readout {
+    /// `mu` of the inputs.
+    pub fn apply(&self, inputs: &[f32]) -> Vec<f32> {
+        let rows = self.weights.chunks_exact(inputs.len()).zip(&self.bias);
+        let dot = |row: &[f32]| row.iter().zip(inputs).map(|(w, v)| w * v).sum::<f32>();
+        rows.map(|(row, bias)| dot(row) + bias).collect()
     }
 }
 
@@ -165,6 +184,13 @@ impl EemSan {
             found: "nothing".to_owned(),
             expected: "F32 [channels, 1, 4, 4]".to_owned(),
         })
+    }
+
+    /// Name and neurons of every layer: encoder, branches, decision module.
+    pub fn layers(&self) -> Vec<(&str, usize)> {
+        let encoder = self.encoder.iter().flat_map(|encoder| &encoder.layers);
+        let encoder = encoder.map(|layer| (layer.name.as_str(), layer.neurons()));
+        encoder.chain(self.dense_layers().map(|l| (l.name.as_str(), l.neurons))).collect()
     }
 
     /// All fully connected layers: those of the branches, then the decision module.

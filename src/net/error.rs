@@ -31,7 +31,7 @@ pub enum NetError {
     /// An EEM-SAN where a network with a description is expected.
     #[error(
         "{name}: is an EEM-SAN, and a network with a description is expected here; \
-         `drive`, `evaluate` and `thresholds` take one"
+         `compile`, `drive`, `evaluate` and `thresholds` take one"
     )]
     EemSan {
         /// Built-in name or file.

@@ -1,6 +1,6 @@
 //! EEM-SAN in 32-bit floats (Algorithm 1), as a driver.
 
-use crate::coding::{InputSpikes, decode, population_spikes, robot_state};
+use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_state};
 use crate::net::eem_san::{EemSan, FRAMES_PER_TICK, PopulationBranch};
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::Decision;
@@ -29,6 +29,15 @@ impl FloatDecision {
     ///
     /// Shapes: `inputs[branch][step][line]`. Layers of the result: branches first.
     pub fn decide(&mut self, inputs: &[InputSpikes]) -> Decision {
+        self.decide_watched(inputs, &mut |_, _| ())
+    }
+
+    /// The same; `watch` gets the spikes of each layer in each step, step by step.
+    pub fn decide_watched(
+        &mut self,
+        inputs: &[InputSpikes],
+        watch: &mut dyn FnMut(usize, &[bool]),
+    ) -> Decision {
         let outputs = self.layers.last().map_or(0, |layer| layer.spikes.len());
         let n_branches = self.branches.len();
         let mut decision = Decision::new(n_branches + self.layers.len(), outputs);
@@ -37,6 +46,7 @@ impl FloatDecision {
         for step in 0..steps {
             for (index, (branch, input)) in self.branches.iter_mut().zip(inputs).enumerate() {
                 branch.step(&[&input[step]]);
+                watch(index, &branch.spikes);
                 decision.add_step(index, &branch.spikes, false);
             }
             let mut spikes: Vec<&[bool]> =
@@ -44,6 +54,7 @@ impl FloatDecision {
             let last = self.layers.len() - 1;
             for (index, layer) in self.layers.iter_mut().enumerate() {
                 layer.step(&spikes);
+                watch(n_branches + index, &layer.spikes);
                 spikes = vec![&layer.spikes];
                 decision.add_step(n_branches + index, &layer.spikes, index == last);
             }
@@ -59,6 +70,7 @@ pub struct EemSanPolicy {
     encoder: Option<FloatEncoder>,
     decision: FloatDecision,
     streams: Streams,
+    dvs_state: Vec<f32>,
 }
 
 impl EemSanPolicy {
@@ -69,12 +81,46 @@ impl EemSanPolicy {
             decision: FloatDecision::new(network),
             network: network.clone(),
             streams: Streams::new(0, 0),
+            dvs_state: Vec::new(),
         }
+    }
+
+    /// The DVS state of the last tick of [`EemSanPolicy::act_watched`]; empty without an encoder.
+    pub fn dvs_state(&self) -> &[f32] {
+        &self.dvs_state
     }
 
     /// Whether the network has an encoder of event frames.
     pub fn takes_frames(&self) -> bool {
         self.encoder.is_some()
+    }
+
+    /// [`Policy::act`], and the spikes of every layer: encoder, branches, decision module.
+    ///
+    /// Panics as `act` does.
+    pub fn act_watched(&mut self, observation: &Observation, tick: u64) -> (Action, LayerSpikes) {
+        let mut spikes = LayerSpikes::new();
+        let state = robot_state(observation);
+        let laser = self.spikes(&self.network.laser, &state, stream::LASER_POPULATION, tick);
+        let mut inputs = vec![laser];
+        if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
+            let frames = &observation.frames;
+            assert_eq!(frames.len(), FRAMES_PER_TICK, "event frames at tick {tick}");
+            spikes = vec![Vec::new(); encoder.neurons().len()];
+            for frame in frames {
+                encoder.step(frame);
+                spikes.iter_mut().zip(encoder.spiking()).for_each(|(all, step)| all.push(step));
+            }
+            self.dvs_state = encoder.state();
+            inputs.push(self.spikes(dvs, &self.dvs_state, stream::DVS_POPULATION, tick));
+        }
+        let before = spikes.len();
+        spikes.resize(before + inputs.len() + self.network.decision.len(), Vec::new());
+        let decision = self.decision.decide_watched(&inputs, &mut |layer, of_step| {
+            let spiking = of_step.iter().enumerate().filter(|(_, spike)| **spike);
+            spikes[before + layer].push(spiking.map(|(neuron, _)| neuron as u32).collect());
+        });
+        (decode(&decision.output_counts, self.network.steps), spikes)
     }
 
     fn spikes(

@@ -1,14 +1,14 @@
 //! HSVAE's spiking encoder in 32-bit floats, driven by events: plain loops, so that every machine
 //! computes the same bits.
 
-use crate::net::eem_san::{ConvLayer, EventEncoder, KERNEL};
+use crate::net::eem_san::{ConvLayer, EventEncoder, KERNEL, Readout};
 use crate::policy::EventFrame;
 
 /// The encoder with the state of one episode.
 #[derive(Debug, Clone)]
 pub struct FloatEncoder {
     layers: Vec<Layer>,
-    readout: (Vec<f32>, Vec<f32>),
+    readout: Readout,
     spikes: Vec<u64>,
     frames: u64,
 }
@@ -36,7 +36,7 @@ impl FloatEncoder {
     pub fn new(encoder: &EventEncoder) -> Self {
         let layers: Vec<Layer> =
             encoder.layers.iter().map(|layer| Layer::new(layer, encoder)).collect();
-        let readout = (encoder.readout.weights.clone(), encoder.readout.bias.clone());
+        let readout = encoder.readout.clone();
         Self { spikes: vec![0; layers.len()], layers, readout, frames: 0 }
     }
 
@@ -68,9 +68,17 @@ impl FloatEncoder {
         let area = last.voltage.len() / last.outputs;
         let voltage = |n: usize| last.voltage[(n % area) * last.outputs + n / area];
         let voltages: Vec<f32> = (0..last.voltage.len()).map(voltage).collect();
-        let rows = self.readout.0.chunks_exact(voltages.len()).zip(&self.readout.1);
-        let dot = |row: &[f32]| row.iter().zip(&voltages).map(|(w, v)| w * v).sum::<f32>();
-        rows.map(|(row, bias)| dot(row) + bias).collect()
+        self.readout.apply(&voltages)
+    }
+
+    /// Neurons of each layer that spiked in the last step, rising, channel by channel.
+    pub fn spiking(&self) -> Vec<Vec<u32>> {
+        let of = |layer: &Layer| {
+            let area = layer.spiked.len() / layer.outputs;
+            let at = |n: &usize| layer.spiked[(n % area) * layer.outputs + n / area] > 0.0;
+            (0..layer.spiked.len()).filter(at).map(|n| n as u32).collect()
+        };
+        self.layers.iter().map(of).collect()
     }
 
     /// Frames seen since the encoder was made.

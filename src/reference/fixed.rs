@@ -7,7 +7,8 @@ use hw_model::ChipSpec;
 use hw_model::compartment::{CompartmentParams, CompartmentState, Widths, update};
 
 use crate::coding::InputSpikes;
-use crate::compile::quantize::Quantized;
+use crate::compile::graph::GraphPopulation;
+use crate::compile::quantize::{Quantized, QuantizedLayer};
 use crate::net::Network;
 use crate::reference::Decision;
 
@@ -18,34 +19,23 @@ pub struct FixedNetwork {
     widths: Widths,
 }
 
+/// A fully connected layer in chip units.
 #[derive(Debug, Clone)]
-struct FixedLayer {
-    params: CompartmentParams,
+pub(super) struct FixedLayer {
+    pub(super) params: CompartmentParams,
     inputs: usize,
-    weights: Vec<i64>,
-    bias: Vec<i64>,
+    pub(super) weights: Vec<i64>,
+    pub(super) bias: Vec<i64>,
 }
 
 impl FixedNetwork {
     /// The same layers as `network`, with the mantissas of `quantized`.
     pub fn new(network: &Network, quantized: &Quantized, chip: &ChipSpec) -> Self {
-        let layer =
-            |(layer, q): (&crate::net::Layer, &crate::compile::quantize::QuantizedLayer)| {
-                let population = quantized.graph.populations.iter().find(|p| p.name == layer.name);
-                let population = population.expect("every layer is a population");
-                FixedLayer {
-                    params: CompartmentParams::new(
-                        population.decay_current,
-                        population.decay_voltage,
-                        (q.threshold_mantissa << chip.arithmetic.threshold_shift) as i32,
-                        0,
-                        1,
-                    ),
-                    inputs: layer.inputs,
-                    weights: q.weights.iter().map(|m| 64 * (i64::from(*m) << q.exponent)).collect(),
-                    bias: q.bias.iter().map(|m| 64 * (i64::from(*m) << q.bias_exponent)).collect(),
-                }
-            };
+        let layer = |(layer, q): (&crate::net::Layer, &QuantizedLayer)| {
+            let population = quantized.graph.populations.iter().find(|p| p.name == layer.name);
+            let population = population.expect("every layer is a population");
+            FixedLayer::new(population, q, chip)
+        };
         let layers = network.layers.iter().zip(&quantized.layers).map(layer).collect();
         Self { layers, widths: Widths::new(&chip.arithmetic) }
     }
@@ -59,7 +49,7 @@ impl FixedNetwork {
         for step in input {
             let mut spikes = step.clone();
             for (index, (layer, state)) in self.layers.iter().zip(&mut states).enumerate() {
-                spikes = layer.step(&self.widths, state, &spikes);
+                spikes = layer.step(&self.widths, state, &[&spikes]);
                 decision.add_step(index, &spikes, index + 1 == self.layers.len());
             }
         }
@@ -68,11 +58,36 @@ impl FixedNetwork {
 }
 
 impl FixedLayer {
-    fn step(&self, widths: &Widths, state: &mut [CompartmentState], input: &[bool]) -> Vec<bool> {
+    /// The layer `q`, which became `population`.
+    pub(super) fn new(population: &GraphPopulation, q: &QuantizedLayer, chip: &ChipSpec) -> Self {
+        Self {
+            params: CompartmentParams::new(
+                population.decay_current,
+                population.decay_voltage,
+                (q.threshold_mantissa << chip.arithmetic.threshold_shift) as i32,
+                0,
+                1,
+            ),
+            inputs: q.weights.len() / q.bias.len(),
+            weights: q.weights.iter().map(|m| 64 * (i64::from(*m) << q.exponent)).collect(),
+            bias: q.bias.iter().map(|m| 64 * (i64::from(*m) << q.bias_exponent)).collect(),
+        }
+    }
+
+    /// One step; `inputs` are several groups of spikes that share the weights.
+    pub(super) fn step(
+        &self,
+        widths: &Widths,
+        state: &mut [CompartmentState],
+        inputs: &[&[bool]],
+    ) -> Vec<bool> {
         let rows = self.weights.chunks(self.inputs).zip(&self.bias);
         let neuron = |(state, (row, bias)): (&mut CompartmentState, (&[i64], &i64))| {
-            let arriving = row.iter().zip(input).filter(|(_, spike)| **spike);
-            let sum = arriving.map(|(weight, _)| weight).sum::<i64>() + bias;
+            let arriving = |input: &[bool]| -> i64 {
+                let spiking = row.iter().zip(input).filter(|(_, spike)| **spike);
+                spiking.map(|(weight, _)| weight).sum()
+            };
+            let sum = inputs.iter().map(|input| arriving(input)).sum::<i64>() + bias;
             let done = update(&self.params, widths, *state, sum);
             *state = done.state;
             done.spike

@@ -258,6 +258,9 @@ pub struct ChipResult {
     pub counters: BTreeMap<String, u64>,
     /// The same, counted within the decision windows only.
     pub windowed_counters: BTreeMap<String, u64>,
+    /// What the host computed, by name.
+    #[serde(default)]
+    pub host_counters: BTreeMap<String, u64>,
     /// Energy and time by cost table.
     pub costs: BTreeMap<String, Cost>,
 }
@@ -275,6 +278,9 @@ pub struct Cost {
     pub dynamic_fj: u64,
     /// Dynamic energy of what was done within the decision windows.
     pub dynamic_windowed_fj: u64,
+    /// Dynamic energy of the cores of an encoder of event frames.
+    #[serde(default)]
+    pub dynamic_encoder_fj: u64,
     /// Modelled chip time.
     pub time_ps: u64,
     /// Static power of the chip times the modelled time; not part of the dynamic energy.
@@ -295,15 +301,18 @@ impl ChipResult {
                 network_fj: energy.network_fj,
                 dynamic_fj: energy.total_fj(),
                 dynamic_windowed_fj: table.energy(&used.windowed).total_fj(),
+                dynamic_encoder_fj: table.energy(&used.encoder).total_fj(),
                 time_ps: *time_ps,
                 // mW x ps = 1e-15 J = fJ
                 static_fj: (chip.static_power.chip_mw * *time_ps as f64).round() as u64,
             };
             (table.name.clone(), cost)
         };
+        let host = used.host.named().into_iter().filter(|(_, n)| *n > 0);
         Self {
             counters: by_name(&used.counts),
             windowed_counters: by_name(&used.windowed),
+            host_counters: host.map(|(name, n)| (name.to_owned(), n)).collect(),
             costs: chip.cost_tables.iter().zip(&used.time_ps).map(cost).collect(),
         }
     }

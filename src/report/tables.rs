@@ -105,6 +105,24 @@ pub fn synaptic_ops(counters: &std::collections::BTreeMap<String, u64>) -> u64 {
     of_synapses.fold(0, |sum, (_, n)| sum.saturating_add(*n))
 }
 
+/// What host and management processor do for a decision, and the encoder's share of the energy;
+/// `None` for a driver that did nothing but inject and read.
+pub fn host_line(chip: &ChipResult, decisions: u64) -> Option<String> {
+    let of_chip = ["host_injections", "host_reads", "host_resets", "management_writes"];
+    let of_chip = of_chip.iter().map(|name| (*name, counter(chip, name)));
+    let host = chip.host_counters.iter().map(|(name, n)| (name.as_str(), *n));
+    let n = decisions.max(1) as f64;
+    let said = |(name, count): (&str, u64)| format!("{name} {:.1}", count as f64 / n);
+    let mut parts: Vec<String> =
+        host.chain(of_chip).filter(|(_, count)| *count > 0).map(said).collect();
+    let share = |(table, cost): (&String, &crate::report::results::Cost)| {
+        let share = 100.0 * cost.dynamic_encoder_fj as f64 / cost.dynamic_fj.max(1) as f64;
+        (cost.dynamic_encoder_fj > 0).then(|| format!("encoder {share:.1} % of energy ({table})"))
+    };
+    parts.extend(chip.costs.iter().filter_map(share));
+    (!chip.host_counters.is_empty()).then(|| parts.join(", "))
+}
+
 fn updates(chip: &ChipResult) -> u64 {
     let names = ["updates_inactive", "updates_active", "updates_spiking"];
     names.iter().fold(0, |sum, name| sum.saturating_add(counter(chip, name)))

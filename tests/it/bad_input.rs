@@ -58,7 +58,7 @@ fn damaged_core_maps_are_refused_by_every_verb_that_reads_one() {
         (good[..end - 1].to_vec(), "the file is truncated or has been appended to"),
         ([&good[..], b"x"].concat(), "the file is truncated or has been appended to"),
         (changed(end / 2, good[end / 2] ^ 4), "the file is damaged; compile the network again"),
-        (changed(8, 99), "bad.map: version 99 found, 1 expected; compile the network again"),
+        (changed(8, 99), "bad.map: version 99 found, 2 expected; compile the network again"),
         (changed(0, b'X'), "bad.map: not a core map"),
     ];
     for (bytes, part) in cases {
@@ -335,7 +335,7 @@ fn unknown_names_list_the_known_ones() {
     let cases = [
         (
             "compile nobody -o out.map",
-            "nobody: neither a file nor a built-in network (there is: reflex, san)",
+            "nobody: neither a file nor a built-in network (there is: reflex, san, eem-san, laser-only)",
         ),
         (
             "compile reflex --policy p -o out.map",

@@ -222,7 +222,8 @@ fn weights_files_that_cannot_be_read_are_refused() {
         let line = format!("camera --driver {name} --weights w --json out.json");
         refused(&folder, &line, &[&format!("w: {name} comes with its weights; leave --weights")]);
         let is = format!("{name}: is an EEM-SAN, and a network with a description is expected");
-        refused(&folder, &format!("compile {name} -o out.map"), &[&is]);
+        folder.write("t.trace", format!("network {name}\n"));
+        refused(&folder, "trace check t.trace", &[&is]);
     }
     let known = "(there is: reflex, san, eem-san, laser-only)";
     refused(&folder, "drive nobody --json out.json", &[known]);

@@ -5,6 +5,7 @@ mod cli;
 mod closed_loop;
 mod conv;
 mod eem_san;
+mod eem_san_chip;
 mod evaluate;
 mod fixtures;
 mod fuzz;

@@ -21,6 +21,8 @@ pub struct DenseEngine {
     state: Vec<Vec<CompartmentState>>,
     /// Spikes that arrive in the next step: how often on each axon of each core.
     arriving: Vec<Vec<u32>>,
+    /// Which cores are held.
+    held: Vec<bool>,
     /// Axons that share their list with another axon, by core and list.
     shared: Vec<Vec<bool>>,
     counts: Vec<OpCounts>,
@@ -44,6 +46,7 @@ impl DenseEngine {
                 .map(|c| vec![CompartmentState::default(); c.compartments()])
                 .collect(),
             arriving: map.cores().iter().map(|core| vec![0; core.axons_in.len()]).collect(),
+            held: vec![false; map.cores().len()],
             shared: map.cores().iter().map(shared_lists).collect(),
             counts: vec![OpCounts::default(); map.cores().len()],
             chip_counts: OpCounts::default(),
@@ -60,6 +63,11 @@ impl DenseEngine {
             self.arriving.iter().map(|axons| vec![0; axons.len()]).collect();
         let map = Arc::clone(&self.map);
         for (core_id, core) in map.cores().iter().enumerate() {
+            if self.held[core_id] {
+                let lost = self.arriving[core_id].iter().map(|spikes| u64::from(*spikes));
+                self.counts[core_id].deliveries_while_held += lost.sum::<u64>();
+                continue;
+            }
             let input = self.accumulate(core_id, core);
             self.update_core(core_id, core, &input, &mut leaving, record);
         }
@@ -207,6 +215,21 @@ impl Engine for DenseEngine {
             core.fill(CompartmentState::default());
         }
         self.arriving.iter_mut().for_each(|axons| axons.fill(0));
+    }
+
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
+        for core in cores.iter().map(|core| core.index()) {
+            self.chip_counts.host_resets += self.state[core].len() as u64;
+            self.state[core].fill(CompartmentState::default());
+            if spikes {
+                self.arriving[core].fill(0);
+            }
+        }
+    }
+
+    fn set_held(&mut self, cores: &[CoreId], held: bool) {
+        cores.iter().for_each(|core| self.held[core.index()] = held);
+        self.chip_counts.management_writes += cores.len() as u64;
     }
 
     fn count_host_reads(&mut self, n: u64) {

@@ -44,6 +44,10 @@ struct CoreRun {
     accumulators: Vec<i32>,
     /// Whether any compartment may change without input.
     awake: bool,
+    /// Whether the core is held.
+    held: bool,
+    /// Whether the spikes under way to this core were cleared.
+    deaf: bool,
     counts: OpCounts,
 }
 
@@ -158,14 +162,13 @@ impl Run<'_> {
                 let core_id = first + offset;
                 let counted = core.counts;
                 let plan = &self.plan.cores[core_id];
-                let delivered = core.deliver_spikes(plan, before);
-                core.update_compartments(
-                    plan,
-                    &self.widths,
-                    self.fast,
-                    delivered,
-                    &under_way.sources[core_id],
-                );
+                let spikes = &under_way.sources[core_id];
+                if core.held {
+                    core.lose_spikes(plan, before, spikes);
+                } else {
+                    let delivered = core.deliver_spikes(plan, before);
+                    core.update_compartments(plan, &self.widths, self.fast, delivered, spikes);
+                }
                 if record.wants(CoreId(core_id as u16)) {
                     under_way.for_each(core_id, |compartment| {
                         let (core, compartment) =
@@ -206,12 +209,31 @@ impl CoreRun {
             refractory: vec![0; compartments],
             accumulators: vec![0; compartments],
             awake: true,
+            held: false,
+            deaf: false,
             counts: OpCounts::default(),
+        }
+    }
+
+    /// A step of a held core: counts the spikes that arrive, and makes none.
+    fn lose_spikes(&mut self, plan: &CorePlan, before: &SpikeSets, spikes: &[AtomicU64]) {
+        spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
+        if std::mem::take(&mut self.deaf) {
+            return;
+        }
+        for link in &plan.links {
+            before.for_each(link.source, |unit| {
+                let axons = link.starts[unit + 1] - link.starts[unit];
+                self.counts.deliveries_while_held += u64::from(axons);
+            });
         }
     }
 
     /// Adds the weights of all spikes that arrive; true when there were any.
     fn deliver_spikes(&mut self, plan: &CorePlan, before: &SpikeSets) -> bool {
+        if std::mem::take(&mut self.deaf) {
+            return false;
+        }
         let deliveries = self.counts.axon_deliveries;
         for link in &plan.links {
             before.for_each(link.source, |unit| {
@@ -398,8 +420,23 @@ impl Engine for EventEngine {
         for core in &mut self.cores {
             self.chip_counts.host_resets += core.current.len() as u64;
             core.clear();
+            core.deaf = false;
         }
         self.spikes.iter().for_each(SpikeSets::clear);
+    }
+
+    fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
+        for core in cores {
+            let core = &mut self.cores[core.index()];
+            self.chip_counts.host_resets += core.current.len() as u64;
+            core.clear();
+            core.deaf |= spikes;
+        }
+    }
+
+    fn set_held(&mut self, cores: &[CoreId], held: bool) {
+        cores.iter().for_each(|core| self.cores[core.index()].held = held);
+        self.chip_counts.management_writes += cores.len() as u64;
     }
 
     fn count_host_reads(&mut self, n: u64) {

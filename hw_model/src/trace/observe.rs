@@ -43,9 +43,22 @@ impl Observer {
 
     /// Runs `stimulus`, usually of one step, and writes down what has changed and what is there.
     pub fn step(&mut self, engine: &mut dyn Engine, stimulus: &Stimulus) -> Vec<String> {
+        self.step_recorded(engine, stimulus, &mut SpikeRecord::none())
+    }
+
+    /// The same; the spikes that `kept` wants are added to it.
+    pub fn step_recorded(
+        &mut self,
+        engine: &mut dyn Engine,
+        stimulus: &Stimulus,
+        kept: &mut SpikeRecord,
+    ) -> Vec<String> {
         let step = engine.now();
         let mut record = SpikeRecord::all(engine.map());
         engine.run(stimulus, &mut record);
+        let wanted = record.spikes.iter().filter(|spike| kept.wants(spike.core));
+        let wanted: Vec<Spike> = wanted.copied().collect();
+        kept.spikes.extend(wanted);
         let engine: &dyn Engine = engine;
         match self.detail {
             Detail::Compartment => self.compartment_lines(engine, step, &record.spikes),
@@ -102,9 +115,13 @@ pub fn state_digest(engine: &dyn Engine, core: CoreId) -> String {
     digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// Counters that are left out while they are 0: only held cores have them.
+const OF_HELD_CORES: [&str; 2] = ["management_writes", "deliveries_while_held"];
+
 /// Every counter of the whole chip, then the modelled time by every cost table.
 pub fn total_lines(engine: &dyn Engine) -> Vec<String> {
     let totals = engine.total_counts().named().into_iter();
+    let totals = totals.filter(|(name, count)| *count > 0 || !OF_HELD_CORES.contains(name));
     let totals = totals.map(|(counter, count)| format!("total {counter} {count}"));
     let tables = engine.map().chip().cost_tables.iter().zip(engine.chip_time_ps());
     totals.chain(tables.map(|(table, ps)| format!("time {} ps {ps}", table.name))).collect()

@@ -120,6 +120,21 @@ proptest! {
     }
 
     #[test]
+    fn engines_agree_while_cores_are_held_released_and_cleared(
+        recipe in recipe(),
+        raw in spikes(STEPS),
+        orders in prop::collection::vec((0..STEPS, any::<u16>(), 0..4u8), 1..10),
+    ) {
+        let map = Arc::new(recipe.build());
+        let stimulus = stimulus(&map, STEPS, &raw);
+        let expected = ordered_run(dense(&map).as_mut(), &stimulus, &orders);
+        for threads in THREADS {
+            let lines = ordered_run(event(&map, threads).as_mut(), &stimulus, &orders);
+            prop_assert_eq!(&lines, &expected, "{} threads", threads);
+        }
+    }
+
+    #[test]
     fn core_numbers_do_not_change_what_populations_do(
         (recipe, order) in recipe().prop_flat_map(|recipe| {
             let ids: Vec<usize> = (0..recipe.parts().cores.len()).collect();
@@ -150,6 +165,33 @@ fn shifted_run(engine: &mut dyn Engine, stimulus: &Stimulus) -> (Vec<String>, Op
     let spikes = record.spikes.iter();
     lines.extend(spikes.map(|s| format!("{} {} {}", s.step - start, s.core, s.compartment)));
     (lines, engine.total_counts() - before)
+}
+
+/// A run in which the management processor does something before some steps: (step, cores as
+/// bits, clear, hold, release or clear the state alone).
+fn ordered_run(
+    engine: &mut dyn Engine,
+    stimulus: &Stimulus,
+    orders: &[(usize, u16, u8)],
+) -> Vec<String> {
+    let mut record = SpikeRecord::all(engine.map());
+    let mut lines = Vec::new();
+    for step in 0..stimulus.steps() {
+        for (_, cores, order) in orders.iter().filter(|order| order.0 == step) {
+            let named = |core: &CoreId| cores >> (core.0 % 16) & 1 == 1;
+            let cores: Vec<CoreId> =
+                (0..engine.map().cores().len() as u16).map(CoreId).filter(named).collect();
+            match order {
+                0 => engine.reset_cores(&cores, true),
+                3 => engine.reset_cores(&cores, false),
+                1 => engine.set_held(&cores, true),
+                _ => engine.set_held(&cores, false),
+            }
+        }
+        engine.run(&stimulus.part(step..step + 1), &mut record);
+        lines.extend(seen(engine, &record));
+    }
+    lines
 }
 
 /// Spikes by population and the counts that do not depend on where cores lie.
@@ -267,6 +309,77 @@ port in line 1 -> core 000 axon 1
     assert_eq!(run_whole(event(&map, 1), &stimulus), expected);
 }
 
+/// Core 0 spikes on every second step by itself and sends to core 1, which takes whatever comes.
+const SENDER_AND_SINK: &str = "\
+chip loihi1
+core 000 label sender
+core 000 group cx=0000..0001 decay_u=0 decay_v=0 vth=1 bias=40<<0 refractory=1
+core 000 axon_out cx=0000 -> core 001 axon 0000
+core 001 label sink
+core 001 group cx=0000..0001 decay_u=4096 decay_v=0 vth=100 bias=0<<0 refractory=1
+core 001 format 0 mode=mixed bits=8 exp=0
+core 001 list 0 entry format=0 dense first=0: 2
+core 001 axon_in 0000 list=0 base=0
+";
+
+fn sender_and_sink() -> Vec<Box<dyn Engine>> {
+    let parts = CoreMapParts::from_text("p", SENDER_AND_SINK, ChipSpec::loihi1()).unwrap();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    vec![dense(&map), event(&map, 1), event(&map, 2)]
+}
+
+fn voltages(engine: &dyn Engine) -> [i32; 2] {
+    [0, 1].map(|core| engine.state(CoreId(core), CompartmentIdx(0)).voltage)
+}
+
+#[test]
+fn a_held_core_keeps_its_state_and_loses_what_arrives() {
+    let none = &mut SpikeRecord::none();
+    for mut engine in sender_and_sink() {
+        // 40, 80 > 64: a spike in step 1, which arrives in step 2.
+        engine.run(&Stimulus::silent(3), none);
+        assert_eq!(voltages(engine.as_ref()), [40, 128]);
+        engine.set_held(&[CoreId(1)], true);
+        let before = engine.core_counts();
+        // Another in step 3, lost in step 4.
+        engine.run(&Stimulus::silent(3), none);
+        assert_eq!(voltages(engine.as_ref()), [0, 128]);
+        let done = engine.core_counts()[1] - before[1];
+        assert_eq!(done, OpCounts { deliveries_while_held: 1, ..OpCounts::default() });
+        engine.set_held(&[CoreId(1)], false);
+        engine.set_held(&[CoreId(0)], true);
+        // The spike of step 5 is under way and arrives; the sender makes no more.
+        engine.run(&Stimulus::silent(4), none);
+        assert_eq!(voltages(engine.as_ref()), [0, 256]);
+        assert_eq!(engine.total_counts().management_writes, 3);
+        engine.reset();
+        engine.run(&Stimulus::silent(4), none);
+        assert_eq!(voltages(engine.as_ref()), [0, 0], "the sender is still held");
+    }
+}
+
+#[test]
+fn clearing_one_core_takes_its_state_and_what_is_under_way_to_it() {
+    let none = &mut SpikeRecord::none();
+    for mut engine in sender_and_sink() {
+        engine.run(&Stimulus::silent(4), none);
+        assert_eq!(voltages(engine.as_ref()), [0, 128]);
+        engine.reset_cores(&[CoreId(1)], true);
+        engine.run(&Stimulus::silent(1), none);
+        assert_eq!(voltages(engine.as_ref()), [40, 0]);
+        engine.run(&Stimulus::silent(2), none);
+        assert_eq!(voltages(engine.as_ref()), [40, 128]);
+        assert_eq!(engine.total_counts().host_resets, 1);
+        engine.reset_cores(&[CoreId(0)], false);
+        assert_eq!(voltages(engine.as_ref()), [0, 128]);
+        engine.run(&Stimulus::silent(2), none);
+        engine.reset_cores(&[CoreId(1)], false);
+        assert_eq!(voltages(engine.as_ref()), [0, 0]);
+        engine.run(&Stimulus::silent(1), none);
+        assert_eq!(voltages(engine.as_ref()), [40, 128], "the spike under way arrived");
+    }
+}
+
 #[test]
 fn random_maps_use_every_counter() {
     let mut runner = TestRunner::deterministic();
@@ -275,6 +388,8 @@ fn random_maps_use_every_counter() {
         let (recipe, raw) = (recipe(), spikes(STEPS)).new_tree(&mut runner).unwrap().current();
         let map = Arc::new(recipe.build());
         let mut engine = EventEngine::new(Arc::clone(&map));
+        engine.run(&stimulus(&map, STEPS, &raw), &mut SpikeRecord::none());
+        engine.set_held(&[CoreId(0)], true);
         engine.run(&stimulus(&map, STEPS, &raw), &mut SpikeRecord::none());
         engine.reset();
         engine.count_host_reads(1);

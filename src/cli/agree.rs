@@ -1,0 +1,141 @@
+//! `spikeloop agree`.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use hw_model::{DenseEngine, Engine, EventEngine};
+use serde_json::json;
+use spikeloop::closed_loop::{Trial, TrialConfig};
+use spikeloop::evaluate::{Agreement, Comparison};
+use spikeloop::host::Deployment;
+use spikeloop::net::{Controller, builtin};
+use spikeloop::report::tables::plain;
+use spikeloop::rng::Streams;
+use spikeloop::world::World;
+use spikeloop::world::arena::Arena;
+use spikeloop::world::dvs::CameraConfig;
+use spikeloop::world::pairs::{PairRules, generate_pairs};
+
+use crate::cli::args::{AgreeArgs, EngineArg};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
+use crate::cli::{Failure, Verdict};
+
+/// Most trials flown to fill the ticks.
+const TRIALS_MAX: usize = 1000;
+
+pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
+    let inputs = [&*args.map, Path::new(&args.network), Path::new(&args.arena)];
+    check_outputs(&args.json, inputs)?;
+    let deployment = Deployment::read(&args.map)?;
+    let Controller::EemSan(network) = builtin::open(&args.network, None)? else {
+        return Err(format!(
+            "{}: a network with a rate code, not an EEM-SAN; give an EEM-SAN's weights \
+             (.safetensors), eem-san or laser-only",
+            args.network
+        )
+        .into());
+    };
+    let engine: Box<dyn Engine> = match args.engine {
+        EngineArg::Event => Box::new(EventEngine::new(Arc::clone(&deployment.map))),
+        EngineArg::Dense => Box::new(DenseEngine::new(Arc::clone(&deployment.map))),
+    };
+    let mut comparison = Comparison::new(&network, &deployment, engine)?;
+    let camera = network.encoder.is_some().then(CameraConfig::default);
+    let config = TrialConfig { camera, ..TrialConfig::eem_san(args.v_max) };
+    config.check()?;
+    let world = World::new(Arena::open(&args.arena)?);
+    let map = (deployment.network.clone(), deployment.map.digest());
+    say(header(Some(args.seed), std::slice::from_ref(&map)))?;
+    let started = Instant::now();
+    let trials = fly(args, &world, &config, &mut comparison)?;
+    let wall_s = started.elapsed().as_secs_f64();
+    print(comparison.agreement(), trials, wall_s)?;
+    let used = comparison.chip_use();
+    let lost = used.counts.deliveries_while_held;
+    let writes = used.counts.management_writes as f64 / used.decisions.max(1) as f64;
+    say(format_args!("{writes:.1} register writes per tick to hold cores, {lost} spikes lost"))?;
+    if let Some(path) = &args.json {
+        let json = json!({
+            "revision": REVISION,
+            "network": args.network,
+            "map_digest": map.1,
+            "arena": args.arena,
+            "seed": args.seed,
+            "trials": trials,
+            "agreement": comparison.agreement(),
+        });
+        output::write(path, &serde_json::to_vec_pretty(&json)?)?;
+    }
+    Ok(Verdict::Good)
+}
+
+/// The float network drives until the ticks are full; how many trials that took.
+fn fly(
+    args: &AgreeArgs,
+    world: &World,
+    config: &TrialConfig,
+    comparison: &mut Comparison,
+) -> Result<usize, Failure> {
+    let ticks = args.ticks as u64;
+    let pairs =
+        generate_pairs(world, TRIALS_MAX, PairRules::default(), Streams::new(args.seed, 0))?;
+    let bar = progress(ticks, &args.network);
+    let mut trials = 0;
+    for (trial_idx, pair) in pairs.iter().enumerate() {
+        if comparison.agreement().ticks == ticks {
+            break;
+        }
+        let streams = Streams::new(args.seed, trial_idx as u64);
+        let mut trial = Trial::new(world, pair.start, pair.goal, config, streams)?;
+        comparison.start_trial(streams);
+        trials += 1;
+        while trial.end().is_none() && comparison.agreement().ticks < ticks {
+            let action = comparison.tick(&trial.observe(), trial.ticks());
+            trial.drive(action);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    Ok(trials)
+}
+
+fn print(agreement: &Agreement, trials: usize, wall_s: f64) -> Result<(), Failure> {
+    let mut table = plain(&[
+        "layer",
+        "neurons",
+        "float spikes",
+        "chip spikes",
+        "in both",
+        "same step (%)",
+        "same tick (%)",
+        "rate (%)",
+    ]);
+    for layer in &agreement.layers {
+        let sites = (layer.neurons * layer.steps).max(1) as f64;
+        table.add_row([
+            layer.layer.clone(),
+            layer.neurons.to_string(),
+            layer.float.to_string(),
+            layer.chip.to_string(),
+            layer.both.to_string(),
+            format!("{:.3}", 100.0 * layer.share()),
+            format!("{:.3}", 100.0 * layer.share_in_tick()),
+            format!("{:.3}", 100.0 * layer.float as f64 / sites),
+        ]);
+    }
+    say(table)?;
+    say("same step, same tick: spikes of a neuron in both, of its spikes in either")?;
+    let (ticks, n) = (agreement.ticks, agreement.ticks.max(1) as f64);
+    say(format_args!(
+        "DVS state: mean difference {:.4} (its deviation in training is 1)",
+        agreement.state_difference_sum / n
+    ))?;
+    say(format_args!(
+        "actions equal in {} of {ticks} ticks of {trials} trials, mean difference {:.4}, largest {:.2} (of the wheel's range)",
+        agreement.equal_actions,
+        agreement.action_difference_sum / n,
+        agreement.action_difference_max
+    ))?;
+    say(format_args!("{:.1} ticks/s of world, float network and chip", n / wall_s.max(1e-9)))
+}

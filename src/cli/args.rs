@@ -91,6 +91,15 @@ pub(super) struct TrainArgs {
     pub(super) checkpoint_every: u64,
 }
 
+/// What `demo` can fly.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum DemoNetwork {
+    /// The trained network with event camera, on an evaluation map with moving obstacles
+    EemSan,
+    /// The hand-wired network, in the courtyard
+    Reflex,
+}
+
 /// Built-in configurations of the actor's training.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum RecipeArg {
@@ -422,13 +431,16 @@ pub(super) struct AgreeArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct DemoArgs {
-    /// Folder with SAN's published weights, world and pairs: drive these instead of the built-in
+    /// Folder with SAN's published weights, world and pairs: drive these instead of a built-in
     /// network
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "network")]
     pub(super) san: Option<PathBuf>,
-    /// Number of trials
-    #[arg(long, default_value_t = 200, value_name = "N", value_parser = up_to(PAIRS_MAX))]
-    pub(super) trials: usize,
+    /// Built-in network
+    #[arg(long, value_enum, default_value_t = DemoNetwork::EemSan)]
+    pub(super) network: DemoNetwork,
+    /// Number of trials [default: 20 of eem-san, 200 of the others]
+    #[arg(long, value_name = "N", value_parser = up_to(PAIRS_MAX))]
+    pub(super) trials: Option<usize>,
     /// Seed of all random streams
     #[arg(long, default_value_t = 1, value_name = "S")]
     pub(super) seed: u64,

@@ -223,7 +223,8 @@ impl Hsvae {
         let divergence =
             vae::divergence(&seen.mean, &seen.log_variance, scale, &mut d_mean, &mut d_log);
         let rate_scale = self.shape.rate_weight * batch.share;
-        self.encoder.backward(values, gradient, batch.frames, &seen, &d_mean, &d_log, rate_scale);
+        let d_read = [d_mean.as_slice(), d_log.as_slice()];
+        self.encoder.backward(values, gradient, batch.frames, &seen, d_read, rate_scale);
         let rate = f64::from(rate_scale) * seen.mean_rate();
         HsvaeLoss { reconstruction, divergence, rate }
     }

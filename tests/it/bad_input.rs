@@ -372,7 +372,11 @@ fn unwritable_outputs_are_refused_before_the_work_begins() {
         let ran = refused(&folder, line, &["cannot write: "]);
         assert_eq!(ran.out, "", "spikeloop {line} began");
     }
-    refused(&folder, "demo --trials 1 -o file", &["file: cannot make the folder: "]);
+    refused(
+        &folder,
+        "demo --network reflex --trials 1 -o file",
+        &["file: cannot make the folder: "],
+    );
 }
 
 #[test]

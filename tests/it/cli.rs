@@ -511,7 +511,7 @@ fn completions_name_every_verb_in_each_shell() {
 #[test]
 fn demo_compiles_drives_and_reports() {
     let folder = Folder::new();
-    let ran = folder.good("demo --trials 2 --seed 3 -o out");
+    let ran = folder.good("demo --network reflex --trials 2 --seed 3 -o out");
     assert_eq!(ran.header().0, "3");
     for file in ["out/reflex.map", "out/reflex.json", "out/reflex.html"] {
         assert!(ran.out.contains(&format!("wrote {file}")), "{}", ran.out);
@@ -537,6 +537,7 @@ fn help_and_version_are_no_errors() {
         "demo",
         "report",
         "trace",
+        "train",
         "completions",
     ] {
         assert!(folder.good(&format!("{verb} --help")).out.contains("Usage: spikeloop"), "{verb}");

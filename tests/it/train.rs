@@ -59,9 +59,9 @@ fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
 #[test]
 fn bad_input_of_training_is_refused() {
     let folder = Folder::new();
-    folder.write("noise.safetensors", b"not tensors".to_vec());
+    folder.write("noise.safetensors", b"not tensors");
     folder.write("small.safetensors", hsvae(&|_, _, _| ()));
-    folder.write("bad.toml", b"seed = 1\ncolour = \"blue\"\n".to_vec());
+    folder.write("bad.toml", b"seed = 1\ncolour = \"blue\"\n");
     for (line, part) in [
         ("train hsvae --config gone.toml", "gone.toml: cannot read"),
         ("train hsvae --config bad.toml", "bad.toml: TOML parse error at line 2"),

@@ -95,14 +95,15 @@ impl Encoder {
         EncoderTrace { layers, readout, mean, log_variance }
     }
 
+    /// Adds the gradients of all parameters, given those of mean and log variance; `rate_scale` is
+    /// the weight of the mean spike rate in the loss.
     pub(super) fn backward<S: Spike>(
         &self,
         values: &[f32],
         gradient: &mut [f32],
         frames: &[f32],
         trace: &EncoderTrace<S>,
-        d_mean: &[f32],
-        d_log_variance: &[f32],
+        [d_mean, d_log_variance]: [&[f32]; 2],
         rate_scale: f32,
     ) {
         let d_voltage = self.readout_backward(values, gradient, trace, d_mean, d_log_variance);

@@ -207,7 +207,10 @@ impl ActorTraining {
             let streams = Streams::new(self.config.seed, (2 << 32) + self.round * n + index as u64);
             let encoder = self.encoder.clone();
             let distance_m = phase.rooms.distance_m_min;
-            Flight::new((world, terrain), &self.trial, distance_m, encoder, streams)
+            let mut flight =
+                Flight::new((world, terrain), &self.trial, distance_m, encoder, streams);
+            flight.reward_contact = self.config.reward_contact;
+            flight
         };
         worlds.iter().enumerate().map(flight).collect()
     }

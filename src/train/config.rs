@@ -127,6 +127,8 @@ pub struct ActorConfig {
     pub insight: bool,
     /// Rewards that are summed before a critic judges the rest: 1 in the plain recipe.
     pub reward_steps: usize,
+    /// Reward for contact: -20 in the plain recipe.
+    pub reward_contact: f32,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
 }
@@ -254,6 +256,7 @@ impl ActorConfig {
         range(file, "discount", f64::from(config.discount), 0.0, 1.0)?;
         range(file, "tau", f64::from(config.tau), 0.0, 1.0)?;
         range(file, "reward_steps", config.reward_steps as f64, 1.0, 200.0)?;
+        range(file, "reward_contact", f64::from(config.reward_contact), -1e4, 0.0)?;
         range(file, "number of phases", config.phases.len() as f64, 1.0, 100.0)?;
         config.phases.iter().try_for_each(|phase| phase.check(file))?;
         Ok(config)

@@ -15,9 +15,6 @@ use crate::world::{PHYSICS_STEP_S, World};
 /// Reward for the goal (SAN's training script).
 pub const REWARD_GOAL: f32 = 30.0;
 
-/// Reward for contact.
-pub const REWARD_CONTACT: f32 = -20.0;
-
 /// Reward per metre that the goal comes nearer.
 pub const REWARD_PER_M: f32 = 15.0;
 
@@ -124,6 +121,8 @@ pub struct Flight<'w> {
     insight: Vec<f32>,
     planned: Action,
     costs: [f32; ACTIONS],
+    /// Reward for contact; SAN's is -20.
+    pub reward_contact: f32,
     /// Ends so far in this round.
     pub ends: Ends,
     /// The last tick's step.
@@ -162,6 +161,7 @@ impl<'w> Flight<'w> {
             insight: Vec::new(),
             planned: Action { left: 0.0, right: 0.0 },
             costs: [0.0; ACTIONS],
+            reward_contact: -20.0,
             ends: Ends::default(),
             last: None,
             frames: Vec::new(),
@@ -202,7 +202,7 @@ impl<'w> Flight<'w> {
         let nearer_m = (before_m - self.trial.goal_distance_m()) as f32;
         let (reward, terminal) = match self.trial.end() {
             Some(End::Goal) => (REWARD_GOAL, 1.0),
-            Some(End::Hit(_)) => (REWARD_CONTACT, 1.0),
+            Some(End::Hit(_)) => (self.reward_contact, 1.0),
             Some(End::TimeOut) | None => (REWARD_PER_M * nearer_m, 0.0),
         };
         let observation = std::mem::take(&mut self.observation);

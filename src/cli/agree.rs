@@ -51,6 +51,13 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let trials = fly(args, &world, &config, &mut comparison)?;
     let wall_s = started.elapsed().as_secs_f64();
     print(comparison.agreement(), trials, wall_s)?;
+    if network.encoder.is_some() {
+        let agreement = comparison.agreement();
+        say(format_args!(
+            "DVS state: mean difference {:.4} (its deviation in training is 1)",
+            agreement.state_difference_sum / agreement.ticks.max(1) as f64
+        ))?;
+    }
     let used = comparison.chip_use();
     let lost = used.counts.deliveries_while_held;
     let writes = used.counts.management_writes as f64 / used.decisions.max(1) as f64;
@@ -127,10 +134,6 @@ fn print(agreement: &Agreement, trials: usize, wall_s: f64) -> Result<(), Failur
     say(table)?;
     say("same step, same tick: spikes of a neuron in both, of its spikes in either")?;
     let (ticks, n) = (agreement.ticks, agreement.ticks.max(1) as f64);
-    say(format_args!(
-        "DVS state: mean difference {:.4} (its deviation in training is 1)",
-        agreement.state_difference_sum / n
-    ))?;
     say(format_args!(
         "actions equal in {} of {ticks} ticks of {trials} trials, mean difference {:.4}, largest {:.2} (of the wheel's range)",
         agreement.equal_actions,

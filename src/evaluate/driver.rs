@@ -46,7 +46,7 @@ pub enum DriverKind {
 pub struct Driver {
     /// Name in tables.
     pub label: String,
-    /// SHA-256 of the network or the core map; `None` for a driver without one.
+    /// SHA-256 of the network, or of the core map and what the host adds to it; `None` for a driver without one.
     pub digest: Option<String>,
     kind: DriverKind,
 }
@@ -89,7 +89,7 @@ impl Driver {
             format!("{} chip ({}{streaming}{dense})", deployment.network, deployment.policy);
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
-        let digest = Some(deployment.map.digest());
+        let digest = Some(deployment.digest());
         let kind = DriverKind::Chip { deployment: Box::new(deployment), template };
         Some(Self { label, digest, kind })
     }

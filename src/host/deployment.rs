@@ -163,6 +163,15 @@ impl Deployment {
         })
     }
 
+    /// SHA-256 of what decides how it drives: the core map's own digest, but for an EEM-SAN, whose
+    /// host has weights and a schedule of its own.
+    pub fn digest(&self) -> String {
+        match &self.eem_san {
+            None => self.map.digest(),
+            Some(program) => container::digest(&(self.map.digest(), program)),
+        }
+    }
+
     /// Whether it can drive: there is a host program for observations and actions.
     pub fn can_drive(&self) -> bool {
         self.program.is_some() || self.eem_san.is_some()

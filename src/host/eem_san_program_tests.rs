@@ -21,6 +21,11 @@ fn programs_are_read_as_they_were_written() {
         let read = Deployment::from_bytes("x.map", &written.to_bytes()).unwrap();
         assert!(read.eem_san == written.eem_san && read.eem_san.is_some());
         assert_eq!(read.takes_frames(), name == "eem-san");
+        assert_eq!(read.digest(), written.digest());
+        let mut other = read.clone();
+        other.eem_san.as_mut().unwrap().laser.mean[0] += 1.0;
+        assert_ne!(other.digest(), written.digest(), "the host's weights count");
+        assert_eq!(other.map.digest(), written.map.digest());
     }
 }
 

@@ -355,7 +355,7 @@ impl DriverResult {
         Self {
             label: driver.label.clone(),
             seed,
-            map_digest: map.and(driver.digest.clone()),
+            map_digest: map.map(|map| map.digest()),
             camera: driver.needs_camera(),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
             summary,

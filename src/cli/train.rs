@@ -194,12 +194,12 @@ fn actor(
     let from = from.map(|path| Ok::<_, Failure>((path, files::read_bytes(path)?))).transpose()?;
     let first = from.as_ref().map_or(&[][..], |(_, bytes)| bytes);
     let inputs = [about.as_bytes(), bytes.as_deref().unwrap_or(&[]), first];
-    let folder = Folder::open(&args.out, &inputs)?;
     let threads = args.threads.unwrap_or_else(all_threads);
     let mut training = ActorTraining::new(&config, encoder.as_ref(), threads)?;
     if let Some((path, bytes)) = &from {
         training.begin_with(&StateReader::new(&path.display().to_string(), bytes)?)?;
     }
+    let folder = Folder::open(&args.out, &inputs)?;
     say(header(Some(config.seed), &[]))?;
     if folder.resume(|state| training.read(state))? {
         say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;

@@ -320,7 +320,8 @@ fn encoders_that_cannot_watch_are_refused() {
 
 #[test]
 fn the_event_driven_encoder_equals_the_one_that_was_trained() {
-    let shape = HsvaeShape { channels: vec![2, 3, 2, 1, 1, 2], ..HsvaeShape::eem_san() };
+    let channels = vec![2, 3, 2, 1, 1, 2];
+    let shape = HsvaeShape { channels, encoder_lean: 3.0, ..HsvaeShape::eem_san() };
     let (hsvae, n) = (Hsvae::new(&shape), shape.latent());
     let mut parameters = hsvae.initial(&Streams::new(8, 0));
     parameters.values.iter_mut().for_each(|value| *value = 1.5 * *value + 0.05);

@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-out/train}
-rounds=${2:-ROUNDS_SHIPPED}
+rounds=${2:-20}
 cargo build --release
 train() { target/release/spikeloop train "$@"; }
 

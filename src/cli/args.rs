@@ -383,8 +383,8 @@ pub(super) struct CameraArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct Table5Args {
-    /// EEM-SAN (.safetensors) or built-in name; by default its sizes with random weights
-    #[arg(default_value = "untrained", value_name = "NETWORK")]
+    /// EEM-SAN (.safetensors), built-in name, or `untrained` (its sizes with random weights)
+    #[arg(default_value = "eem-san", value_name = "NETWORK")]
     pub(super) network: String,
     /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
     #[arg(long, default_value = "map1", value_name = "FILE|NAME")]

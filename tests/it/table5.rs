@@ -15,7 +15,7 @@ fn totals<'a>(result: &'a Value, row: usize, accounting: &str) -> &'a Value {
 #[test]
 fn table5_of_the_papers_sizes_has_the_papers_figures() {
     let folder = Folder::new();
-    let ran = folder.good("table5 --seconds 1 --json t.json");
+    let ran = folder.good("table5 untrained --seconds 1 --json t.json");
     for text in [
         "the weights are random",
         "61,586,610 |      61,069,600 |           6.16e7 |          6.11e7",

@@ -99,21 +99,11 @@ impl EemSanPolicy {
     ///
     /// Panics as `act` does.
     pub fn act_watched(&mut self, observation: &Observation, tick: u64) -> (Action, LayerSpikes) {
-        let mut spikes = LayerSpikes::new();
-        let state = robot_state(observation);
-        let laser = self.spikes(&self.network.laser, &state, stream::LASER_POPULATION, tick);
-        let mut inputs = vec![laser];
-        if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
-            let frames = &observation.frames;
-            assert_eq!(frames.len(), FRAMES_PER_TICK, "event frames at tick {tick}");
-            spikes = vec![Vec::new(); encoder.neurons().len()];
-            for frame in frames {
-                encoder.step(frame);
-                spikes.iter_mut().zip(encoder.spiking()).for_each(|(all, step)| all.push(step));
-            }
-            self.dvs_state = encoder.state();
-            inputs.push(self.spikes(dvs, &self.dvs_state, stream::DVS_POPULATION, tick));
-        }
+        let layers = self.encoder.as_ref().map_or(0, |encoder| encoder.neurons().len());
+        let mut spikes: LayerSpikes = vec![Vec::new(); layers];
+        let inputs = self.inputs(observation, tick, &mut |encoder| {
+            spikes.iter_mut().zip(encoder.spiking()).for_each(|(all, step)| all.push(step));
+        });
         let before = spikes.len();
         spikes.resize(before + inputs.len() + self.network.decision.len(), Vec::new());
         let decision = self.decision.decide_watched(&inputs, &mut |layer, of_step| {
@@ -121,6 +111,29 @@ impl EemSanPolicy {
             spikes[before + layer].push(spiking.map(|(neuron, _)| neuron as u32).collect());
         });
         (decode(&decision.output_counts, self.network.steps), spikes)
+    }
+
+    /// Spikes into every branch; `stepped` sees the encoder after each frame.
+    fn inputs(
+        &mut self,
+        observation: &Observation,
+        tick: u64,
+        stepped: &mut dyn FnMut(&FloatEncoder),
+    ) -> Vec<InputSpikes> {
+        let state = robot_state(observation);
+        let laser = self.spikes(&self.network.laser, &state, stream::LASER_POPULATION, tick);
+        let mut inputs = vec![laser];
+        if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
+            let frames = &observation.frames;
+            assert_eq!(frames.len(), FRAMES_PER_TICK, "event frames at tick {tick}");
+            for frame in frames {
+                encoder.step(frame);
+                stepped(encoder);
+            }
+            self.dvs_state = encoder.state();
+            inputs.push(self.spikes(dvs, &self.dvs_state, stream::DVS_POPULATION, tick));
+        }
+        inputs
     }
 
     fn spikes(
@@ -146,16 +159,7 @@ impl Policy for EemSanPolicy {
     /// Panics when the network has an encoder and the observation not five frames: whoever starts
     /// the trial gives it a camera.
     fn act(&mut self, observation: &Observation, tick: u64) -> Action {
-        let state = robot_state(observation);
-        let laser = self.spikes(&self.network.laser, &state, stream::LASER_POPULATION, tick);
-        let mut inputs = vec![laser];
-        if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
-            let frames = &observation.frames;
-            assert_eq!(frames.len(), FRAMES_PER_TICK, "event frames at tick {tick}");
-            frames.iter().for_each(|frame| encoder.step(frame));
-            let state = encoder.state();
-            inputs.push(self.spikes(dvs, &state, stream::DVS_POPULATION, tick));
-        }
+        let inputs = self.inputs(observation, tick, &mut |_| ());
         decode(&self.decision.decide(&inputs).output_counts, self.network.steps)
     }
 }

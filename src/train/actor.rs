@@ -190,15 +190,7 @@ impl ActorTraining {
     fn worlds(&self, phase: &Phase) -> Vec<(World, Terrain)> {
         let n = self.config.flight.worlds as u64;
         let streams = Streams::new(self.config.seed, 2);
-        let mut places: Vec<(u64, Option<(World, Terrain)>)> =
-            (0..n).map(|index| (index, None)).collect();
-        on_each(&mut places, self.threads, |(index, place)| {
-            let arena = rooms::room(&phase.rooms, &streams, self.round * n + *index);
-            let world = World::new(arena);
-            let terrain = Terrain::new(&world);
-            *place = Some((world, terrain));
-        });
-        places.into_iter().filter_map(|(_, place)| place).collect()
+        rooms::places(&phase.rooms, &streams, self.round * n, n, self.threads)
     }
 
     fn flights<'w>(&self, worlds: &'w [(World, Terrain)], phase: &Phase) -> Vec<Flight<'w>> {

@@ -173,15 +173,7 @@ impl HsvaeTraining {
     fn worlds(&self, round: u64) -> Vec<(World, Terrain)> {
         let n = self.config.flight.worlds as u64;
         let streams = Streams::new(self.config.seed, 0);
-        let arena = |index| rooms::room(&self.config.rooms, &streams, round * n + index);
-        let mut places: Vec<(u64, Option<(World, Terrain)>)> =
-            (0..n).map(|index| (index, None)).collect();
-        on_each(&mut places, self.threads, |(index, place)| {
-            let world = World::new(arena(*index));
-            let terrain = Terrain::new(&world);
-            *place = Some((world, terrain));
-        });
-        places.into_iter().filter_map(|(_, place)| place).collect()
+        rooms::places(&self.config.rooms, &streams, round * n, n, self.threads)
     }
 
     fn flights<'w>(&self, worlds: &'w [(World, Terrain)], round: u64) -> Vec<Flight<'w>> {

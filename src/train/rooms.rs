@@ -6,7 +6,10 @@ use core::f64::consts::{PI, TAU};
 use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
+use crate::closed_loop::planner::Terrain;
 use crate::rng::{Draw, Streams, stream};
+use crate::train::on_each;
+use crate::world::World;
 use crate::world::arena::{Arena, Bounds, Obstacle};
 use crate::world::geometry::{ConvexPolygon, Disc, Shape, direction};
 use crate::world::mover::Mover;
@@ -75,6 +78,24 @@ pub fn room(rules: &RoomRules, streams: &Streams, number: u64) -> Arena {
     let bounds = Bounds { min: Point2::new(-half, -half), max: Point2::new(half, half) };
     let arena = Arena::new(format!("room-{number}"), bounds, obstacles, movers);
     arena.expect("what was placed was checked")
+}
+
+/// `n` rooms from number `first` on, made ready to fly in.
+pub(super) fn places(
+    rules: &RoomRules,
+    streams: &Streams,
+    first: u64,
+    n: u64,
+    threads: usize,
+) -> Vec<(World, Terrain)> {
+    let mut places: Vec<(u64, Option<(World, Terrain)>)> =
+        (first..first + n).map(|number| (number, None)).collect();
+    on_each(&mut places, threads, |(number, place)| {
+        let world = World::new(room(rules, streams, *number));
+        let terrain = Terrain::new(&world);
+        *place = Some((world, terrain));
+    });
+    places.into_iter().filter_map(|(_, place)| place).collect()
 }
 
 fn walls(half: f64) -> Vec<Obstacle> {

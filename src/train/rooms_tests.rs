@@ -1,5 +1,4 @@
 use super::*;
-use crate::world::World;
 use crate::world::pairs::{PairRules, generate_pairs};
 
 #[test]

@@ -26,13 +26,12 @@ const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 const MEASURE_TICKS: u64 = 60;
 
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
-    let job = match &args.what {
-        TrainVerb::Hsvae { .. } => hsvae(args)?,
+    match &args.what {
+        TrainVerb::Hsvae {} => hsvae(args),
         TrainVerb::Actor { encoder, recipe, from } => {
-            actor(args, *recipe, encoder.as_deref(), from.as_deref())?
+            actor(args, *recipe, encoder.as_deref(), from.as_deref())
         }
-    };
-    Ok(job)
+    }
 }
 
 /// Files of a training run, all in one folder.

@@ -166,7 +166,8 @@ impl<'w> Flight<'w> {
             last: None,
             frames: Vec::new(),
         };
-        flight.look();
+        flight.see();
+        flight.plan();
         flight
     }
 
@@ -254,11 +255,6 @@ impl<'w> Flight<'w> {
             encoder.reset();
         }
         self.see();
-    }
-
-    fn look(&mut self) {
-        self.see();
-        self.plan();
     }
 
     fn see(&mut self) -> Vec<EventFrame> {

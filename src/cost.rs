@@ -48,10 +48,10 @@ pub use shape::{ConvShape, DenseShape, Shape};
 
 use std::ops::AddAssign;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One thing for each module that a row of the table is made of.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Modules<T> {
     /// HSVAE's encoder as it is.
     pub spiking_encoder: T,

@@ -3,12 +3,14 @@
 mod agreement;
 mod condition;
 mod driver;
+mod recording;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use agreement::{Agreement, AgreementError, Comparison, LayerAgreement};
 pub use condition::{CONDITIONS, Condition};
 pub use driver::{Driver, DriverKind, EngineKind};
+pub use recording::{RASTER_NEURONS_MAX, Recording, Tick, check_recordable, record};
 
 use crate::closed_loop::planner::Terrain;
 use crate::closed_loop::{ConfigError, TrialConfig, TrialOutcome, run_planned_trial, run_trial};
@@ -37,6 +39,12 @@ pub enum FlyError {
         control_hz: u32,
         /// Frames that it gives.
         frames: u64,
+    },
+    /// The planner is no policy.
+    #[error("{driver}: decides without observations and cannot be recorded; record another driver")]
+    Recorded {
+        /// Label of the driver.
+        driver: String,
     },
 }
 

@@ -4,6 +4,7 @@ pub mod chip_policy;
 pub mod deployment;
 pub mod eem_san_policy;
 pub mod eem_san_program;
+mod watch;
 
 pub use chip_policy::{ChipPolicy, ChipUse, HostCounts};
 pub use deployment::{DecisionProgram, Deployment};

@@ -1,13 +1,20 @@
 //! Results as data, tables, pictures and pages. Numbers in, text out: nothing here runs anything.
 
+pub mod agreement;
+pub mod bars;
 pub mod chip_picture;
+pub mod chip_plan;
 pub mod curves;
+pub mod document;
 pub mod page;
 pub mod plot;
+pub mod replay;
 pub mod results;
 pub mod success;
+pub mod table5;
 pub mod tables;
 pub mod thresholds;
 
+pub use document::Report;
 pub use results::{DriveResult, DriverResult, Summary};
 pub use success::SuccessTable;

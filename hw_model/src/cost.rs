@@ -102,6 +102,12 @@ impl CostTable {
         }
     }
 
+    /// Operations without a price of energy: 0 in the table.
+    pub fn unpriced(&self) -> Vec<&'static str> {
+        let prices = self.energy_pj.numbers();
+        prices.into_iter().filter(|(_, pj)| *pj == 0.0).map(|(name, _)| name).collect()
+    }
+
     /// How long a core is busy with `counts`, in picoseconds, one operation after the other.
     ///
     /// Hop latencies are left out: messages travel while other work goes on, and no public source

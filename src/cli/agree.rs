@@ -5,12 +5,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hw_model::{DenseEngine, Engine, EventEngine};
-use serde_json::json;
 use spikeloop::closed_loop::{Trial, TrialConfig};
 use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::Deployment;
 use spikeloop::net::{Controller, builtin};
-use spikeloop::report::tables::plain;
+use spikeloop::report::agreement::{AgreementResult, actions_line, agreement_table};
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -48,7 +47,8 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let map = (deployment.network.clone(), deployment.map.digest());
     say(header(Some(args.seed), std::slice::from_ref(&map)))?;
     let started = Instant::now();
-    let trials = fly(args, &world, &config, &mut comparison)?;
+    let ticks = args.ticks as u64;
+    let trials = fly(&args.network, args.seed, ticks, &world, &config, &mut comparison)?;
     let wall_s = started.elapsed().as_secs_f64();
     print(comparison.agreement(), trials, wall_s)?;
     if network.encoder.is_some() {
@@ -63,37 +63,37 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let writes = used.counts.management_writes as f64 / used.decisions.max(1) as f64;
     say(format_args!("{writes:.1} register writes per tick to hold cores, {lost} spikes lost"))?;
     if let Some(path) = &args.json {
-        let json = json!({
-            "revision": REVISION,
-            "network": args.network,
-            "map_digest": map.1,
-            "arena": args.arena,
-            "seed": args.seed,
-            "trials": trials,
-            "agreement": comparison.agreement(),
-        });
-        output::write(path, &serde_json::to_vec_pretty(&json)?)?;
+        let result = AgreementResult {
+            revision: REVISION.to_owned(),
+            network: args.network.clone(),
+            map_digest: map.1,
+            arena: args.arena.clone(),
+            seed: args.seed,
+            trials,
+            agreement: comparison.agreement().clone(),
+        };
+        output::write(path, &serde_json::to_vec_pretty(&result)?)?;
     }
     Ok(Verdict::Good)
 }
 
 /// The float network drives until the ticks are full; how many trials that took.
-fn fly(
-    args: &AgreeArgs,
+pub(super) fn fly(
+    network: &str,
+    seed: u64,
+    ticks: u64,
     world: &World,
     config: &TrialConfig,
     comparison: &mut Comparison,
 ) -> Result<usize, Failure> {
-    let ticks = args.ticks as u64;
-    let pairs =
-        generate_pairs(world, TRIALS_MAX, PairRules::default(), Streams::new(args.seed, 0))?;
-    let bar = progress(ticks, &args.network);
+    let pairs = generate_pairs(world, TRIALS_MAX, PairRules::default(), Streams::new(seed, 0))?;
+    let bar = progress(ticks, network);
     let mut trials = 0;
     for (trial_idx, pair) in pairs.iter().enumerate() {
         if comparison.agreement().ticks == ticks {
             break;
         }
-        let streams = Streams::new(args.seed, trial_idx as u64);
+        let streams = Streams::new(seed, trial_idx as u64);
         let mut trial = Trial::new(world, pair.start, pair.goal, config, streams)?;
         comparison.start_trial(streams);
         trials += 1;
@@ -108,37 +108,9 @@ fn fly(
 }
 
 fn print(agreement: &Agreement, trials: usize, wall_s: f64) -> Result<(), Failure> {
-    let mut table = plain(&[
-        "layer",
-        "neurons",
-        "float spikes",
-        "chip spikes",
-        "in both",
-        "same step (%)",
-        "same tick (%)",
-        "rate (%)",
-    ]);
-    for layer in &agreement.layers {
-        let sites = (layer.neurons * layer.steps).max(1) as f64;
-        table.add_row([
-            layer.layer.clone(),
-            layer.neurons.to_string(),
-            layer.float.to_string(),
-            layer.chip.to_string(),
-            layer.both.to_string(),
-            format!("{:.3}", 100.0 * layer.share()),
-            format!("{:.3}", 100.0 * layer.share_in_tick()),
-            format!("{:.3}", 100.0 * layer.float as f64 / sites),
-        ]);
-    }
-    say(table)?;
+    say(agreement_table(agreement))?;
     say("same step, same tick: spikes of a neuron in both, of its spikes in either")?;
-    let (ticks, n) = (agreement.ticks, agreement.ticks.max(1) as f64);
-    say(format_args!(
-        "actions equal in {} of {ticks} ticks of {trials} trials, mean difference {:.4}, largest {:.2} (of the wheel's range)",
-        agreement.equal_actions,
-        agreement.action_difference_sum / n,
-        agreement.action_difference_max
-    ))?;
+    say(actions_line(agreement, trials))?;
+    let n = agreement.ticks as f64;
     say(format_args!("{:.1} ticks/s of world, float network and chip", n / wall_s.max(1e-9)))
 }

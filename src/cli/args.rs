@@ -54,7 +54,7 @@ pub(super) enum Verb {
     Table5(Table5Args),
     /// Compare a compiled EEM-SAN with its float network, layer by layer, on equal observations
     Agree(AgreeArgs),
-    /// Put results of `drive` into one HTML page
+    /// Put results of other verbs into one HTML page, with trials to play
     Report(ReportArgs),
     /// Record or check golden traces
     Trace(TraceArgs),
@@ -267,6 +267,14 @@ pub(super) struct DriveArgs {
     /// Picture of the trajectories (.svg)
     #[arg(long, value_name = "FILE")]
     pub(super) plot: Option<PathBuf>,
+    /// Write down a trial of the last driver, tick by tick, for `report` to play; it is flown once
+    /// more for that
+    #[arg(long, value_name = "FILE")]
+    pub(super) replay: Option<PathBuf>,
+    /// Trial to write down, from 0; may be given several times [default: the first that reached
+    /// the goal, or 0]
+    #[arg(long = "replay-trial", value_name = "N", requires = "replay")]
+    pub(super) replay_trials: Vec<usize>,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -337,6 +345,9 @@ pub(super) struct ThresholdsArgs {
     /// Picture to write (.svg)
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
+    /// Thresholds to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -451,12 +462,22 @@ pub(super) struct DemoArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct ReportArgs {
-    /// Results of `drive --json`
+    /// What other verbs wrote: `drive` (--json, --replay), `evaluate`, `table5`, `agree`,
+    /// `thresholds` and `report` (--json), and what `inspect --json` prints
     #[arg(required = true, value_name = "RESULT.json")]
     pub(super) results: Vec<PathBuf>,
     /// Page to write (.html)
-    #[arg(short, long, value_name = "OUT")]
-    pub(super) output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["json", "picture"])]
+    pub(super) output: Option<PathBuf>,
+    /// The same for programs; `report` takes it as well
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// A still picture (.svg) of the first replay
+    #[arg(long, value_name = "FILE")]
+    pub(super) picture: Option<PathBuf>,
+    /// Control tick of the picture [default: the middle of the trial]
+    #[arg(long, value_name = "N", requires = "picture")]
+    pub(super) tick: Option<usize>,
 }
 
 #[derive(Debug, ClapArgs)]

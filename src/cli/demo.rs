@@ -1,28 +1,39 @@
 //! `spikeloop demo`: compile, drive float and chip side by side, report.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use hw_model::ChipSpec;
+use hw_model::{ChipSpec, EventEngine};
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::compile::Policy;
-use spikeloop::evaluate::{Driver, EngineKind};
+use spikeloop::evaluate::{Comparison, Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, Network, builtin};
-use spikeloop::report::page::page;
+use spikeloop::report::Report;
+use spikeloop::report::agreement::{AgreementResult, agreement_table};
+use spikeloop::report::chip_plan::ChipPlan;
+use spikeloop::report::document::Content;
+use spikeloop::report::thresholds::ThresholdsResult;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::{Arena, EVALUATION_SEED};
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
-use crate::cli::args::{DemoArgs, DemoNetwork};
-use crate::cli::drive::{Flight, all_threads, pairs_of_file, print_result};
+use crate::cli::args::{DemoArgs, DemoNetwork, Table5Args};
+use crate::cli::drive::{Flight, all_threads, first_success, pairs_of_file, print_result};
 use crate::cli::drivers::{chip_driver, maps};
-use crate::cli::output::{header, say};
-use crate::cli::{Failure, Verdict, inspect, output};
+use crate::cli::output::{REVISION, header, say};
+use crate::cli::report::write;
+use crate::cli::table5::Counting;
+use crate::cli::thresholds::thresholds_of;
+use crate::cli::{Failure, Verdict, agree, inspect, output};
 
 /// Trials of EEM-SAN, whose camera and encoder take time; the other networks fly more.
 const EEM_SAN_TRIALS: usize = 20;
 const TRIALS: usize = 200;
+/// How long chip and float network are compared, and operations counted; the verbs take longer.
+const AGREE_TICKS: u64 = 100;
+const TABLE5_SECONDS: u64 = 2;
 
 pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
     let scene = match (&args.san, args.network) {
@@ -34,6 +45,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
         .map_err(|e| format!("{}: cannot make the folder: {e}", args.output.display()))?;
     let Scene { deployment, floats, flight } = scene;
     let (about, bytes) = (inspect::table(&deployment), deployment.to_bytes());
+    let plan = ChipPlan::new(&deployment);
     let name = deployment.network.clone();
     let chip = chip_driver(deployment, &name, EngineKind::Event)?;
     let mut drivers = vec![Driver::straight()];
@@ -46,9 +58,61 @@ pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
     let result = flight.fly_all(&drivers, args.seed, 1)?;
     print_result(&result)?;
     output::write(&file("json"), &serde_json::to_vec(&result)?)?;
-    let title = format!("{name} on {}", result.arena.name);
-    output::write(&file("html"), page(&[(title, result)]).as_bytes())?;
+    let chip = drivers.last().expect("the chip drives last");
+    let trial = first_success(&result, chip);
+    let replay = flight.record(chip, args.seed, &[trial])?;
+    output::write(&file("replay.json"), &serde_json::to_vec(&replay)?)?;
+    let mut report = Report::new(REVISION);
+    report.push(&format!("{name}.replay.json"), Content::Replay(replay));
+    report.push(&format!("{name}.json"), Content::Drive(result));
+    report.push(&format!("{name}.map"), Content::Chip(plan));
+    for network in floats.iter().filter(|network| network.name() == name) {
+        compare(network, chip, &flight, args.seed, &mut report)?;
+    }
+    let thresholds = floats.iter().map(|network| thresholds_of(network.name(), network)).collect();
+    let thresholds = ThresholdsResult { revision: REVISION.to_owned(), thresholds };
+    report.push(&name, Content::Thresholds(thresholds));
+    write(&report, Some(&file("html")), Some(&file("report.json")))?;
     Ok(Verdict::Good)
+}
+
+/// Chip beside float network, and beside artificial ones, for an EEM-SAN with an encoder.
+fn compare(
+    network: &Controller,
+    chip: &Driver,
+    flight: &Flight,
+    seed: u64,
+    report: &mut Report,
+) -> Result<(), Failure> {
+    let (Controller::EemSan(network), Some(deployment)) = (network, chip.deployment()) else {
+        return Ok(());
+    };
+    let engine = Box::new(EventEngine::new(Arc::clone(&deployment.map)));
+    let mut comparison = Comparison::new(network, deployment, engine)?;
+    let (world, config) = (&flight.world, chip.config(&flight.config)?);
+    let trials = agree::fly(&network.name, seed, AGREE_TICKS, world, &config, &mut comparison)?;
+    let agreement = AgreementResult {
+        revision: REVISION.to_owned(),
+        network: network.name.clone(),
+        map_digest: deployment.map.digest(),
+        arena: world.arena().name().to_owned(),
+        seed,
+        trials,
+        agreement: comparison.agreement().clone(),
+    };
+    say(agreement_table(&agreement.agreement))?;
+    report.push("agree", Content::Agreement(agreement));
+    let counting = Table5Args {
+        network: network.name.clone(),
+        arena: world.arena().name().to_owned(),
+        seconds: TABLE5_SECONDS,
+        seed,
+        v_max: flight.config.wheel_speed_m_per_s_max,
+        json: None,
+    };
+    let table5 = Counting::prepare(&counting)?.count()?;
+    report.push("table5", Content::Table5(Box::new(table5)));
+    Ok(())
 }
 
 /// What a demonstration flies: a compiled network, float networks beside it, and where.

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use spikeloop::closed_loop::TrialConfig;
-use spikeloop::evaluate::{Driver, EngineKind, fly};
+use spikeloop::evaluate::{Driver, EngineKind, check_recordable, fly, record};
 use spikeloop::report::plot::trajectories;
+use spikeloop::report::replay::Replay;
 use spikeloop::report::results::{
     ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
 };
@@ -25,7 +26,7 @@ const TRIALS_DEFAULT: usize = 200;
 pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     let inputs = args.drivers.iter().map(Path::new).chain([Path::new(&args.arena)]);
     let inputs = inputs.chain(args.weights.as_deref()).chain(args.pairs.as_deref());
-    check_outputs(args.json.iter().chain(&args.plot), inputs)?;
+    check_outputs(args.json.iter().chain(&args.plot).chain(&args.replay), inputs)?;
     let engine = match args.engine {
         EngineArg::Event => EngineKind::Event,
         EngineArg::Dense => EngineKind::Dense,
@@ -33,6 +34,7 @@ pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     let drivers = drivers(&args.drivers, args.weights.as_deref(), engine)?;
     let flight = Flight::prepare(args)?;
     last_seed(args.seed, "--repeats", args.repeats)?;
+    flight.check_replay(args, &drivers)?;
     say(header(Some(args.seed), &maps(&drivers)))?;
     let result = flight.fly_all(&drivers, args.seed, args.repeats)?;
     print_result(&result)?;
@@ -42,7 +44,22 @@ pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     if let Some(path) = &args.plot {
         output::write(path, trajectories(&result).as_bytes())?;
     }
+    if let (Some(path), Some(driver)) = (&args.replay, drivers.last()) {
+        let chosen = match args.replay_trials.is_empty() {
+            true => vec![first_success(&result, driver)],
+            false => args.replay_trials.clone(),
+        };
+        let replay = flight.record(driver, args.seed, &chosen)?;
+        output::write(path, &serde_json::to_vec(&replay)?)?;
+    }
     Ok(Verdict::Good)
+}
+
+/// The first trial of `driver` that reached the goal, or else trial 0.
+pub(super) fn first_success(result: &DriveResult, driver: &Driver) -> usize {
+    let mut flown = result.drivers.iter().filter(|result| result.label == driver.label);
+    let trials = flown.next().map_or(&[][..], |result| &result.trials);
+    trials.iter().find(|trial| trial.outcome == "success").map_or(0, |trial| trial.trial)
 }
 
 /// World, trials and settings, ready to fly.
@@ -108,6 +125,40 @@ impl Flight {
             pairs_mm: pairs_mm(&self.pairs),
             drivers: results,
         })
+    }
+
+    /// Errs when a trial to be written down is none, or the driver is one that cannot be.
+    fn check_replay(&self, args: &DriveArgs, drivers: &[Driver]) -> Result<(), Failure> {
+        let n = self.pairs.len();
+        if let Some(trial) = args.replay_trials.iter().find(|trial| **trial >= n) {
+            return Err(format!(
+                "--replay-trial {trial}: there are {n} trials, 0..={}; give one of them",
+                n - 1
+            )
+            .into());
+        }
+        match drivers.last() {
+            Some(driver) if args.replay.is_some() => Ok(check_recordable(driver)?),
+            _ => Ok(()),
+        }
+    }
+
+    /// Trials of one driver, tick by tick.
+    pub(super) fn record(
+        &self,
+        driver: &Driver,
+        seed: u64,
+        trials: &[usize],
+    ) -> Result<Replay, Failure> {
+        let bar = progress(trials.len() as u64, &format!("{}, recorded", driver.label));
+        let mut recordings = Vec::new();
+        for trial in trials {
+            let (world, pairs) = (&self.world, &self.pairs);
+            recordings.push(record(world, pairs, *trial, &self.config, driver, seed)?);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(Replay::new(REVISION, driver, seed, &self.world, &self.pairs, &recordings))
     }
 
     fn fly_one(&self, driver: &Driver, seed: u64) -> Result<DriverResult, Failure> {

@@ -4,7 +4,8 @@ use hw_model::CoreMap;
 use hw_model::id::CoreId;
 use serde_json::json;
 use spikeloop::host::{Deployment, Schedule};
-use spikeloop::report::chip_picture::{chip_picture, cores_of};
+use spikeloop::report::chip_picture::chip_picture;
+use spikeloop::report::chip_plan::{ChipPlan, cores_of};
 use spikeloop::report::tables::plain;
 
 use crate::cli::args::InspectArgs;
@@ -16,7 +17,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
     if args.json {
-        say(serde_json::to_string_pretty(&as_json(&deployment, &digest))?)?;
+        say(serde_json::to_string_pretty(&as_json(&deployment)?)?)?;
         return Ok(Verdict::Good);
     }
     let header = header(None, &[(deployment.network.clone(), digest)]);
@@ -30,7 +31,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     say(table(&deployment))?;
     say(layers(&deployment.map))?;
     if let Some(path) = &args.picture {
-        write(path, chip_picture(&deployment.network, &deployment.map).as_bytes())?;
+        write(path, chip_picture(&ChipPlan::new(&deployment)).as_bytes())?;
     }
     Ok(Verdict::Good)
 }
@@ -110,26 +111,14 @@ pub(super) fn table(deployment: &Deployment) -> String {
     format!("cores {}/{}{steps}\n{table}", usage.used, usage.limit)
 }
 
-fn as_json(deployment: &Deployment, digest: &str) -> serde_json::Value {
-    let map = &deployment.map;
-    json!({
-        "revision": REVISION,
-        "network": deployment.network,
-        "policy": deployment.policy,
-        "chip": map.chip().name,
-        "map_digest": digest,
-        "cores": map.core_usage(),
-        "utilization": map.utilization(),
-        "populations": map.populations().iter().enumerate()
-            .map(|(index, p)| {
-                json!({ "name": p.name, "neurons": p.len(), "cores": cores_of(map, index).len() })
-            })
-            .collect::<Vec<_>>(),
-        "ports": map.ports().iter()
-            .map(|p| json!({ "name": p.name, "lines": p.lines, "messages": p.targets.len() }))
-            .collect::<Vec<_>>(),
-        "program": deployment.program,
-        "eem_san": deployment.eem_san,
-        "scales": deployment.scales,
-    })
+/// The plan, and what a picture does not need.
+fn as_json(deployment: &Deployment) -> Result<serde_json::Value, Failure> {
+    let port = |p: &hw_model::core_map::HostPort| json!({ "name": p.name, "lines": p.lines, "messages": p.targets.len() });
+    let mut json = serde_json::to_value(ChipPlan::new(deployment))?;
+    json["revision"] = json!(REVISION);
+    json["ports"] = deployment.map.ports().iter().map(port).collect();
+    json["program"] = json!(deployment.program);
+    json["eem_san"] = json!(deployment.eem_san);
+    json["scales"] = json!(deployment.scales);
+    Ok(json)
 }

@@ -1,7 +1,5 @@
 //! `spikeloop table5`.
 
-mod tables;
-
 use std::path::Path;
 
 use spikeloop::closed_loop::{Trial, TrialConfig};
@@ -10,6 +8,9 @@ use spikeloop::cost::{Activity, Counts, Modules, Row, Shape, closed_form};
 use spikeloop::net::{Controller, EemSan, builtin};
 use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
 use spikeloop::reference::CountedEemSan;
+use spikeloop::report::table5::{
+    ArithmeticPrices, Table5Result, neurobench_table, ops_table, rate_table, rates, ratios, rows,
+};
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -17,7 +18,7 @@ use spikeloop::world::dvs::CameraConfig;
 use spikeloop::world::pairs::{PairRules, generate_pairs};
 
 use crate::cli::args::Table5Args;
-use crate::cli::output::{self, check_outputs, header, progress, say};
+use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 /// Name of EEM-SAN's sizes with random weights.
@@ -31,33 +32,89 @@ const TRIALS_MAX: usize = 1000;
 
 pub(super) fn run(args: &Table5Args) -> Result<Verdict, Failure> {
     check_outputs(&args.json, [Path::new(&args.network), Path::new(&args.arena)])?;
-    let network = network(args)?;
-    let missing = || {
-        format!(
-            "{}: laser-only, without an encoder of event frames; Table 5 is about networks with \
-             one: train it with `spikeloop train actor --encoder FILE`",
-            args.network
-        )
-    };
-    let shape = Shape::of(&network).ok_or_else(missing)?;
-    let mut counted = CountedEemSan::new(&network).ok_or_else(missing)?;
-    let config =
-        TrialConfig { camera: Some(CameraConfig::default()), ..TrialConfig::eem_san(args.v_max) };
-    config.check()?;
-    let world = World::new(Arena::open(&args.arena)?);
+    let counting = Counting::prepare(args)?;
     say(header(Some(args.seed), &[]))?;
-    let measured = fly(args, &world, &config, &mut counted)?;
-    let formula = closed_form(&shape, &measured.activity, measured.ticks);
-    let differing: Vec<Row> = Row::ALL
-        .into_iter()
-        .filter(|row| row.counts(&measured.counts) != row.counts(&formula))
-        .collect();
-    tables::print(args, &shape, &measured, &differing)?;
+    let result = counting.count()?;
+    print(&result)?;
     if let Some(path) = &args.json {
-        let json = tables::as_json(args, &shape, &measured, &differing);
-        output::write(path, &serde_json::to_vec_pretty(&json)?)?;
+        output::write(path, &serde_json::to_vec_pretty(&result)?)?;
     }
-    Ok(if differing.is_empty() { Verdict::Good } else { Verdict::Differs })
+    let agree = result.rows.iter().all(|row| row.equals_closed_form);
+    Ok(if agree { Verdict::Good } else { Verdict::Differs })
+}
+
+/// Everything that is needed to count, read and checked.
+pub(super) struct Counting<'a> {
+    args: &'a Table5Args,
+    shape: Shape,
+    counted: CountedEemSan,
+    config: TrialConfig,
+    world: World,
+}
+
+impl<'a> Counting<'a> {
+    pub(super) fn prepare(args: &'a Table5Args) -> Result<Self, Failure> {
+        let network = network(args)?;
+        let missing = || {
+            format!(
+                "{}: laser-only, without an encoder of event frames; Table 5 is about networks \
+                 with one: train it with `spikeloop train actor --encoder FILE`",
+                args.network
+            )
+        };
+        let shape = Shape::of(&network).ok_or_else(missing)?;
+        let counted = CountedEemSan::new(&network).ok_or_else(missing)?;
+        let camera = Some(CameraConfig::default());
+        let config = TrialConfig { camera, ..TrialConfig::eem_san(args.v_max) };
+        config.check()?;
+        let world = World::new(Arena::open(&args.arena)?);
+        Ok(Self { args, shape, counted, config, world })
+    }
+
+    /// Drives, counts, and compares with the closed form.
+    pub(super) fn count(mut self) -> Result<Table5Result, Failure> {
+        let measured = fly(self.args, &self.world, &self.config, &mut self.counted)?;
+        let formula = closed_form(&self.shape, &measured.activity, measured.ticks);
+        let differs = |row: &Row| row.counts(&measured.counts) != row.counts(&formula);
+        let differing: Vec<Row> = Row::ALL.into_iter().filter(differs).collect();
+        Ok(as_result(self.args, self.shape, measured, &differing))
+    }
+}
+
+fn as_result(
+    args: &Table5Args,
+    shape: Shape,
+    measured: Measured,
+    differing: &[Row],
+) -> Table5Result {
+    Table5Result {
+        revision: REVISION.to_owned(),
+        seed: args.seed,
+        network: args.network.clone(),
+        random_weights: args.network == UNTRAINED,
+        arena: args.arena.clone(),
+        v_max_m_per_s: args.v_max,
+        ticks: measured.ticks,
+        trials: measured.trials,
+        rows: rows(&measured.counts, differing),
+        ratios: ratios(&measured.counts),
+        rates: rates(&shape, &measured.activity, measured.ticks),
+        activity: measured.activity,
+        shape,
+        energy_pj: ArithmeticPrices::horowitz(),
+    }
+}
+
+fn print(result: &Table5Result) -> Result<(), Failure> {
+    say(result.caption())?;
+    say(ops_table(result))?;
+    say(result.ratio_line())?;
+    say(neurobench_table(result))?;
+    say(result.energy_line())?;
+    say(rate_table(result))?;
+    say("artificial modules take the spiking network's weights: their NeuroBench figures are of \
+         untrained networks")?;
+    say(result.agreement_line())
 }
 
 fn network(args: &Table5Args) -> Result<EemSan, Failure> {

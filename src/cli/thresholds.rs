@@ -2,16 +2,19 @@
 
 use std::path::Path;
 
-use spikeloop::net::builtin;
-use spikeloop::report::thresholds::{Thresholds, thresholds_picture, thresholds_table};
+use spikeloop::evaluate::Driver;
+use spikeloop::net::{Controller, builtin};
+use spikeloop::report::thresholds::{
+    Thresholds, ThresholdsResult, thresholds_picture, thresholds_table,
+};
 
 use crate::cli::args::ThresholdsArgs;
-use crate::cli::output::{self, check_outputs, header, say};
+use crate::cli::output::{self, REVISION, check_outputs, header, say};
 use crate::cli::{Failure, Verdict};
 
 pub(super) fn run(args: &ThresholdsArgs) -> Result<Verdict, Failure> {
     let inputs = args.networks.iter().map(Path::new).chain(args.weights.as_deref());
-    check_outputs(&args.output, inputs)?;
+    check_outputs(args.output.iter().chain(&args.json), inputs)?;
     if let (Some(weights), false) =
         (&args.weights, args.networks.iter().any(|name| builtin::takes_weights(name)))
     {
@@ -29,11 +32,20 @@ pub(super) fn run(args: &ThresholdsArgs) -> Result<Verdict, Failure> {
     if let Some(path) = &args.output {
         output::write(path, thresholds_picture(&networks).as_bytes())?;
     }
+    if let Some(path) = &args.json {
+        let result = ThresholdsResult { revision: REVISION.to_owned(), thresholds: networks };
+        output::write(path, &serde_json::to_vec_pretty(&result)?)?;
+    }
     Ok(Verdict::Good)
 }
 
 fn read(name: &str, args: &ThresholdsArgs) -> Result<Thresholds, Failure> {
     let weights = args.weights.as_deref().filter(|_| builtin::takes_weights(name));
-    let layers = builtin::open(name, weights)?.thresholds();
-    Ok(Thresholds { network: name.to_owned(), layers })
+    Ok(thresholds_of(name, &builtin::open(name, weights)?))
+}
+
+/// Thresholds of a network; `name` is what it is called there.
+pub(super) fn thresholds_of(name: &str, network: &Controller) -> Thresholds {
+    let digest = Driver::controller(network).digest;
+    Thresholds { network: name.to_owned(), digest, layers: network.thresholds() }
 }

@@ -2,10 +2,10 @@
 
 use std::ops::AddAssign;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Inputs of one layer, sums over its calls.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Traffic {
     /// Inputs that are not 0, each group of a fused pair by itself.
     pub arrivals: u64,
@@ -17,7 +17,7 @@ pub struct Traffic {
 }
 
 /// A module over some control ticks.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Activity {
     /// Inputs of each layer; of an encoder the readout comes last, of a decision module the
     /// branches first.

@@ -2,10 +2,10 @@
 
 use std::ops::AddAssign;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Arithmetic operations.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ops {
     /// Sums, differences.
     pub additions: u64,
@@ -14,7 +14,7 @@ pub struct Ops {
 }
 
 /// NeuroBench's workload metrics, sums over control ticks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NeuroBench {
     /// Synaptic operations if every input and weight were there.
     pub dense: u64,
@@ -29,7 +29,7 @@ pub struct NeuroBench {
 }
 
 /// The same work in all four accountings.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// By the rule that gives the paper's figures.
     pub paper: Ops,

@@ -1,12 +1,12 @@
 //! Sizes of EEM-SAN's layers.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::net::EemSan;
 use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL};
 
 /// A convolution, 4x4, stride 2, one zero around.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConvShape {
     /// Channels of the input.
     pub inputs: u64,
@@ -17,7 +17,7 @@ pub struct ConvShape {
 }
 
 /// A fully connected layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DenseShape {
     /// Inputs.
     pub inputs: u64,
@@ -26,7 +26,7 @@ pub struct DenseShape {
 }
 
 /// EEM-SAN with an encoder.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     /// Layers of the encoder.
     pub encoder: Vec<ConvShape>,

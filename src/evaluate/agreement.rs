@@ -1,7 +1,7 @@
 //! A compiled EEM-SAN beside its float network on equal observations and random draws.
 
 use hw_model::Engine;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::coding::LayerSpikes;
 use crate::host::{ChipUse, Deployment, EemSanChipPolicy, Schedule};
@@ -54,7 +54,7 @@ pub struct Comparison {
 }
 
 /// How far chip and float network agree.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// Control ticks compared.
     pub ticks: u64,
@@ -72,7 +72,7 @@ pub struct Agreement {
 }
 
 /// Spikes of one layer.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerAgreement {
     /// Name.
     pub layer: String,
@@ -102,7 +102,7 @@ impl LayerAgreement {
     }
 
     fn share_of(&self, both: u64) -> f64 {
-        match self.float + self.chip - both {
+        match self.float.saturating_add(self.chip).saturating_sub(both) {
             0 => 1.0,
             either => both as f64 / either as f64,
         }

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use hw_model::{DenseEngine, Engine, EventEngine, container};
+use hw_model::{DenseEngine, Engine, EventEngine, OpCounts, container};
 
 use crate::closed_loop::{StraightToGoal, TrialConfig};
+use crate::coding::LayerSpikes;
 use crate::evaluate::FlyError;
 use crate::host::{ChipPolicy, ChipUse, Deployment, EemSanChipPolicy, Schedule};
 use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::net::{Controller, Network};
-use crate::policy::Policy;
+use crate::policy::{Action, Observation, Policy};
 use crate::reference::{EemSanPolicy, FloatPolicy};
 
 /// Which engine runs a core map.
@@ -55,6 +56,7 @@ pub struct Driver {
 pub(super) enum Active {
     Chip(Box<ChipPolicy>),
     EemSanChip(Box<EemSanChipPolicy>),
+    EemSan(Box<EemSanPolicy>),
     Other(Box<dyn Policy>),
 }
 
@@ -120,6 +122,20 @@ impl Driver {
         }
     }
 
+    /// Name and neurons of every layer whose spikes it can show, in the order of
+    /// [`crate::coding::LayerSpikes`].
+    pub fn layers(&self) -> Vec<(String, usize)> {
+        let owned = |(name, neurons): (&str, usize)| (name.to_owned(), neurons);
+        match &self.kind {
+            DriverKind::EemSan(policy) => policy.layers().into_iter().map(owned).collect(),
+            DriverKind::Chip { deployment, .. } => {
+                let populations = deployment.map.populations().iter();
+                populations.map(|population| (population.name.clone(), population.len())).collect()
+            }
+            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner => Vec::new(),
+        }
+    }
+
     /// Whether its network takes the frames of an event camera.
     pub fn needs_camera(&self) -> bool {
         match &self.kind {
@@ -149,7 +165,7 @@ impl Driver {
     pub(super) fn start(&self) -> Active {
         match &self.kind {
             DriverKind::Float(policy) => Active::Other(policy.clone()),
-            DriverKind::EemSan(policy) => Active::Other(policy.clone()),
+            DriverKind::EemSan(policy) => Active::EemSan(policy.clone()),
             DriverKind::Straight | DriverKind::Planner => Active::Other(Box::new(StraightToGoal)),
             DriverKind::Chip { deployment, template } => {
                 let engine: Box<dyn Engine> = match template {
@@ -172,6 +188,7 @@ impl Active {
         match self {
             Active::Chip(policy) => policy.as_mut(),
             Active::EemSanChip(policy) => policy.as_mut(),
+            Active::EemSan(policy) => policy.as_mut(),
             Active::Other(policy) => policy.as_mut(),
         }
     }
@@ -180,7 +197,35 @@ impl Active {
         match self {
             Active::Chip(policy) => Some(policy.chip_use()),
             Active::EemSanChip(policy) => Some(policy.chip_use()),
-            Active::Other(_) => None,
+            Active::EemSan(_) | Active::Other(_) => None,
+        }
+    }
+
+    /// A decision, and the spikes of every layer, where the driver can show them.
+    pub(super) fn act_watched(&mut self, seen: &Observation, tick: u64) -> (Action, LayerSpikes) {
+        match self {
+            Active::Chip(policy) => policy.act_watched(seen, tick),
+            Active::EemSanChip(policy) => policy.act_watched(seen, tick),
+            Active::EemSan(policy) => policy.act_watched(seen, tick),
+            Active::Other(policy) => (policy.act(seen, tick), LayerSpikes::new()),
+        }
+    }
+
+    /// The DVS state of the last tick; empty where there is none.
+    pub(super) fn dvs_state(&self) -> &[f32] {
+        match self {
+            Active::EemSanChip(policy) => policy.dvs_state(),
+            Active::EemSan(policy) => policy.dvs_state(),
+            Active::Chip(_) | Active::Other(_) => &[],
+        }
+    }
+
+    /// Counts of every core; none without a chip.
+    pub(super) fn core_counts(&self) -> Vec<OpCounts> {
+        match self {
+            Active::Chip(policy) => policy.engine().core_counts(),
+            Active::EemSanChip(policy) => policy.engine().core_counts(),
+            Active::EemSan(_) | Active::Other(_) => Vec::new(),
         }
     }
 }

@@ -3,8 +3,9 @@
 use hw_model::engine::SpikeRecord;
 use hw_model::{Engine, OpCounts};
 
-use crate::coding::{InputSpikes, decode, encode};
+use crate::coding::{InputSpikes, LayerSpikes, decode, encode};
 use crate::host::deployment::{DecisionProgram, Deployment};
+use crate::host::watch::spikes_by_step;
 use crate::policy::{Action, Observation, Policy};
 use crate::rng::Streams;
 
@@ -74,6 +75,8 @@ pub struct ChipPolicy {
     decisions: u64,
     windowed: OpCounts,
     host: HostCounts,
+    /// Spikes of all layers in the last decision, if they are kept.
+    seen: Option<LayerSpikes>,
 }
 
 impl std::fmt::Debug for ChipPolicy {
@@ -94,7 +97,28 @@ impl ChipPolicy {
         }
         let streams = Streams::new(0, 0);
         let (windowed, host) = (OpCounts::default(), HostCounts::default());
-        Some(Self { engine, program, population_of_core, streams, decisions: 0, windowed, host })
+        Some(Self {
+            engine,
+            program,
+            population_of_core,
+            streams,
+            decisions: 0,
+            windowed,
+            host,
+            seen: None,
+        })
+    }
+
+    /// The engine, to look at.
+    pub fn engine(&self) -> &dyn Engine {
+        self.engine.as_ref()
+    }
+
+    /// [`Policy::act`], and the spikes of every layer in its window.
+    pub fn act_watched(&mut self, observation: &Observation, tick: u64) -> (Action, LayerSpikes) {
+        self.seen = Some(LayerSpikes::new());
+        let action = self.act(observation, tick);
+        (action, self.seen.take().unwrap_or_default())
     }
 
     /// One decision from cleared state: spike counts of the output neurons.
@@ -103,7 +127,10 @@ impl ChipPolicy {
     pub fn decide(&mut self, input: &InputSpikes) -> Vec<u32> {
         self.engine.reset();
         let output = self.program.output as usize;
-        let mut record = SpikeRecord::of_population(self.engine.map(), output);
+        let mut record = match self.seen {
+            Some(_) => SpikeRecord::all(self.engine.map()),
+            None => SpikeRecord::of_population(self.engine.map(), output),
+        };
         let start = self.engine.now();
         let mut before = self.engine.core_counts();
         for step in 0..self.program.chip_steps {
@@ -116,6 +143,7 @@ impl ChipPolicy {
         let outputs = self.engine.map().populations()[output].len();
         self.engine.count_host_reads(outputs as u64);
         self.decisions += 1;
+        self.keep(&record, start);
         self.count_output(&record, start, outputs)
     }
 
@@ -126,6 +154,16 @@ impl ChipPolicy {
                 self.windowed += &(*after - *before);
             }
         }
+    }
+
+    /// Keeps what every layer did in its window, if that is wanted.
+    fn keep(&mut self, record: &SpikeRecord, start: u64) {
+        let Some(seen) = &mut self.seen else { return };
+        let spikes = record.by_population(self.engine.map());
+        let windows = spikes.iter().zip(&self.program.window_starts);
+        let steps = self.program.steps;
+        *seen =
+            windows.map(|(s, open)| spikes_by_step(s, start + u64::from(*open), steps)).collect();
     }
 
     fn count_output(&self, record: &SpikeRecord, start: u64, outputs: usize) -> Vec<u32> {

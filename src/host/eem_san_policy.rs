@@ -9,6 +9,7 @@ use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_s
 use crate::host::chip_policy::{ChipUse, HostCounts};
 use crate::host::deployment::Deployment;
 use crate::host::eem_san_program::{EemSanProgram, EncoderPhase, Injected, Schedule, Window};
+use crate::host::watch::spikes_by_step;
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
 
@@ -333,12 +334,7 @@ impl EemSanChipPolicy {
         let spikes = record.by_population(self.engine.map());
         for window in windows {
             let open = start + u64::from(window.start);
-            let mut steps = vec![Vec::new(); len as usize];
-            for (step, neuron) in &spikes[window.population as usize] {
-                let at = step.checked_sub(open).and_then(|at| steps.get_mut(at as usize));
-                at.into_iter().for_each(|step| step.push(*neuron));
-            }
-            self.seen.push(steps);
+            self.seen.push(spikes_by_step(&spikes[window.population as usize], open, len));
         }
     }
 

@@ -90,6 +90,11 @@ impl EemSanPolicy {
         &self.dvs_state
     }
 
+    /// Name and neurons of every layer: encoder, branches, decision module.
+    pub fn layers(&self) -> Vec<(&str, usize)> {
+        self.network.layers()
+    }
+
     /// Whether the network has an encoder of event frames.
     pub fn takes_frames(&self) -> bool {
         self.encoder.is_some()

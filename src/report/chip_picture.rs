@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use hw_model::CoreMap;
 use hw_model::core_map::CoreUse;
-use hw_model::id::CoreId;
+use hw_model::spec::Mesh;
 
+use crate::report::chip_plan::ChipPlan;
 use crate::report::plot::escape;
 
 const CORE_PX: u32 = 26;
@@ -21,54 +21,79 @@ const COLOURS: [&str; 12] = [
 ];
 
 /// Both views side by side, with a legend of layers below.
-pub fn chip_picture(name: &str, map: &CoreMap) -> String {
-    let layers = layer_of_core(map);
-    let use_of_cores = map.utilization();
-    let plan = Plan::new(map);
-    let legend_px = LINE_PX * (map.populations().len() as u32 + 1);
+pub fn chip_picture(plan: &ChipPlan) -> String {
+    let layout = Layout::new(&plan.mesh);
+    let legend_px = LINE_PX * (plan.populations.len() as u32 + 1);
     let (width, height) =
-        (2 * plan.width + 3 * MARGIN_PX, TITLE_PX + plan.height + legend_px + 2 * MARGIN_PX);
+        (2 * layout.width + 3 * MARGIN_PX, TITLE_PX + layout.height + legend_px + 2 * MARGIN_PX);
     let mut svg = String::new();
     let _ = write!(
         svg,
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
     );
-    let cores = map.core_usage();
-    let (name, chip) = (escape(name), escape(&map.chip().name));
+    let (name, chip, cores) = (escape(&plan.network), escape(&plan.chip), plan.cores);
     let titles = [
         format!("{name} on {chip}: {} of {} cores, by layer", cores.used, cores.limit),
         "synapse memory in use, white 0 % to dark 100 %".to_owned(),
     ];
     for (view, title) in titles.iter().enumerate() {
-        let left = MARGIN_PX + view as u32 * (plan.width + MARGIN_PX);
+        let left = MARGIN_PX + view as u32 * (layout.width + MARGIN_PX);
         let _ = write!(svg, r#"<text x="{left}" y="24">{title}</text>"#);
-        for core in 0..map.chip().limits.cores as u16 {
-            let used = use_of_cores.get(usize::from(core));
-            let layer = layers.get(usize::from(core)).copied().flatten();
+        for core in 0..plan.cores.limit as u16 {
+            let used = plan.utilization.get(usize::from(core));
             let colour = match (used, view) {
                 (None, _) => UNUSED.to_owned(),
-                (Some(_), 0) => layer.map_or("#ffffff", colour_of).to_owned(),
+                (Some(_), 0) => layer_colour(plan, core).to_owned(),
                 (Some(used), _) => shade(used),
             };
             let title = used.map_or_else(|| format!("core {core}: not in use"), about);
-            let (x, y) = plan.place(core);
-            let _ = write!(
-                svg,
-                r##"<rect x="{}" y="{}" width="{CORE_PX}" height="{CORE_PX}" fill="{colour}" stroke="#888888"><title>{}</title></rect>"##,
-                left + x,
-                TITLE_PX + y,
-                escape(&title)
-            );
+            layout.core(&mut svg, core, [left, TITLE_PX], &colour, &title);
         }
     }
-    legend(&mut svg, map, TITLE_PX + plan.height + MARGIN_PX);
+    legend(&mut svg, plan, TITLE_PX + layout.height + MARGIN_PX);
     svg.push_str("</svg>\n");
     svg
 }
 
+/// Cores as light as their share of the busiest one's `counts`, on a scale of powers.
+pub fn activity_picture(plan: &ChipPlan, counts: &[u64]) -> String {
+    let [width, height] = cores_size(plan);
+    let (width, height) = (width + 2 * MARGIN_PX, height + TITLE_PX + MARGIN_PX);
+    let most = counts.iter().copied().max().unwrap_or(0);
+    let mut svg = format!(
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/><text x="{MARGIN_PX}" y="24">synaptic operations, up to {most} on a core</text>"#
+    );
+    glowing_cores(&mut svg, plan, [MARGIN_PX, TITLE_PX], counts);
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// The cores alone with the top left corner at `corner`, as light as [`activity_picture`] has them.
+pub(super) fn glowing_cores(svg: &mut String, plan: &ChipPlan, corner: [u32; 2], counts: &[u64]) {
+    let scale = |n: u64| libm::log2(1.0 + n as f64);
+    let most = counts.iter().copied().max().map_or(1.0, scale).max(1.0);
+    let layout = Layout::new(&plan.mesh);
+    for core in 0..plan.cores.limit as u16 {
+        let Some(used) = plan.utilization.get(usize::from(core)) else {
+            layout.core(svg, core, corner, UNUSED, &format!("core {core}: not in use"));
+            continue;
+        };
+        let opacity = 0.12 + 0.88 * counts.get(usize::from(core)).map_or(0.0, |n| scale(*n) / most);
+        let _ = write!(svg, r#"<g fill-opacity="{opacity:.2}">"#);
+        layout.core(svg, core, corner, layer_colour(plan, core), &about(used));
+        svg.push_str("</g>");
+    }
+}
+
+/// Width and height of the cores alone, pixels.
+pub(super) fn cores_size(plan: &ChipPlan) -> [u32; 2] {
+    let layout = Layout::new(&plan.mesh);
+    [layout.width, layout.height]
+}
+
 /// Where the cores lie, in pixels from the corner of a view.
-struct Plan<'a> {
-    map: &'a CoreMap,
+struct Layout<'a> {
+    mesh: &'a Mesh,
     /// Cores side by side within a tile.
     across: u32,
     tile_px: [u32; 2],
@@ -76,50 +101,50 @@ struct Plan<'a> {
     height: u32,
 }
 
-impl<'a> Plan<'a> {
-    fn new(map: &'a CoreMap) -> Self {
-        let mesh = &map.chip().mesh;
+impl<'a> Layout<'a> {
+    fn new(mesh: &'a Mesh) -> Self {
         let per_tile = u32::from(mesh.cores_per_tile);
         let across = (1..=per_tile).find(|n| n * n >= per_tile).unwrap_or(1);
         let tile_px = [across, per_tile.div_ceil(across)].map(|n| n * CORE_PX + TILE_GAP_PX);
         let (width, height) =
             (u32::from(mesh.tiles_x) * tile_px[0], u32::from(mesh.tiles_y) * tile_px[1]);
-        Self { map, across, tile_px, width, height }
+        Self { mesh, across, tile_px, width, height }
     }
 
     fn place(&self, core: u16) -> (u32, u32) {
-        let mesh = &self.map.chip().mesh;
-        let (x, y) = mesh.tile(core);
-        let within = u32::from(core % mesh.cores_per_tile);
+        let (x, y) = self.mesh.tile(core);
+        let within = u32::from(core % self.mesh.cores_per_tile);
         (
             u32::from(x) * self.tile_px[0] + within % self.across * CORE_PX,
             u32::from(y) * self.tile_px[1] + within / self.across * CORE_PX,
         )
     }
-}
 
-/// The population that has most compartments of each core.
-fn layer_of_core(map: &CoreMap) -> Vec<Option<usize>> {
-    let mut most = vec![(0, None); map.cores().len()];
-    for (index, population) in map.populations().iter().enumerate() {
-        let mut of_core = vec![0u32; map.cores().len()];
-        population.slices.iter().for_each(|s| of_core[s.core.index()] += u32::from(s.len));
-        for (most, count) in most.iter_mut().zip(of_core) {
-            if count > most.0 {
-                *most = (count, Some(index));
-            }
-        }
+    fn core(&self, svg: &mut String, core: u16, corner: [u32; 2], colour: &str, title: &str) {
+        let (x, y) = self.place(core);
+        let _ = write!(
+            svg,
+            r##"<rect x="{}" y="{}" width="{CORE_PX}" height="{CORE_PX}" fill="{colour}" stroke="#888888"><title>{}</title></rect>"##,
+            corner[0] + x,
+            corner[1] + y,
+            escape(title)
+        );
     }
-    most.into_iter().map(|(_, layer)| layer).collect()
 }
 
-fn colour_of(layer: usize) -> &'static str {
+fn layer_colour(plan: &ChipPlan, core: u16) -> &'static str {
+    let layer = plan.layer_of_core.get(usize::from(core)).copied().flatten();
+    layer.map_or("#ffffff", colour_of)
+}
+
+pub(super) fn colour_of(layer: usize) -> &'static str {
     COLOURS[layer % COLOURS.len()]
 }
 
 /// White to dark blue by the share of synapse memory.
 fn shade(used: &CoreUse) -> String {
-    let share = (used.synapse_words.used * 200 / used.synapse_words.limit.max(1)).min(200);
+    let share =
+        (used.synapse_words.used.saturating_mul(200) / used.synapse_words.limit.max(1)).min(200);
     format!("rgb({},{},{})", 255 - share, 255 - share * 3 / 4, 255 - share / 3)
 }
 
@@ -136,30 +161,20 @@ fn about(used: &CoreUse) -> String {
     )
 }
 
-fn legend(svg: &mut String, map: &CoreMap, top: u32) {
-    for (index, population) in map.populations().iter().enumerate() {
+fn legend(svg: &mut String, plan: &ChipPlan, top: u32) {
+    for (index, layer) in plan.populations.iter().enumerate() {
         let y = top + LINE_PX * index as u32;
-        let cores = cores_of(map, index);
         let _ = write!(
             svg,
             r##"<rect x="{MARGIN_PX}" y="{y}" width="14" height="14" fill="{}" stroke="#888888"/><text x="{}" y="{}">{}: {} neurons on {} cores</text>"##,
             colour_of(index),
             MARGIN_PX + 22,
             y + 12,
-            escape(&population.name),
-            population.len(),
-            cores.len()
+            escape(&layer.name),
+            layer.neurons,
+            layer.cores
         );
     }
-}
-
-/// Cores on which population number `population` lies, sorted.
-pub fn cores_of(map: &CoreMap, population: usize) -> Vec<CoreId> {
-    let mut cores: Vec<CoreId> =
-        map.populations()[population].slices.iter().map(|slice| slice.core).collect();
-    cores.sort_unstable();
-    cores.dedup();
-    cores
 }
 
 #[cfg(test)]

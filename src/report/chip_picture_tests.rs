@@ -1,4 +1,4 @@
-use hw_model::{ChipSpec, CoreMapParts};
+use hw_model::{ChipSpec, CoreMap, CoreMapParts};
 
 use super::*;
 
@@ -17,14 +17,14 @@ population b core=000 cx=0001..0002
 population b core=001 cx=0001..0002
 ";
 
-fn map() -> CoreMap {
+fn plan() -> ChipPlan {
     let parts = CoreMapParts::from_text("p", TEXT, ChipSpec::loihi1()).unwrap();
-    CoreMap::new(parts).unwrap()
+    ChipPlan::of_map("n&m", "integer", &CoreMap::new(parts).unwrap())
 }
 
 #[test]
 fn every_core_is_drawn_in_both_views_with_the_colour_of_its_layer() {
-    let svg = chip_picture("n&m", &map());
+    let svg = chip_picture(&plan());
     assert_eq!(svg.matches("<title>").count(), 2 * 128);
     assert_eq!(svg.matches(": not in use</title>").count(), 2 * 125);
     assert!(svg.contains("n&amp;m on loihi1: 3 of 128 cores"), "{svg}");
@@ -37,11 +37,29 @@ fn every_core_is_drawn_in_both_views_with_the_colour_of_its_layer() {
 
 #[test]
 fn no_two_cores_lie_on_each_other() {
-    let map = map();
-    let plan = Plan::new(&map);
-    let mut places: Vec<_> = (0..128).map(|core| plan.place(core)).collect();
-    assert!(places.iter().all(|(x, y)| x + CORE_PX <= plan.width && y + CORE_PX <= plan.height));
+    let plan = plan();
+    let layout = Layout::new(&plan.mesh);
+    let mut places: Vec<_> = (0..128).map(|core| layout.place(core)).collect();
+    let fits = |(x, y): &(u32, u32)| x + CORE_PX <= layout.width && y + CORE_PX <= layout.height;
+    assert!(places.iter().all(fits));
     places.sort_unstable();
     places.dedup();
     assert_eq!(places.len(), 128);
+}
+
+#[test]
+fn plans_that_cannot_be_drawn_are_refused() {
+    type Damage = fn(&mut ChipPlan);
+    let damages: [(Damage, &str); 4] = [
+        (|plan| plan.mesh.cores_per_tile = 0, "3 cores in use of 128, on a mesh of 0"),
+        (|plan| plan.cores.limit = 2, "3 cores in use of 2, on a mesh of 128"),
+        (|plan| plan.layer_of_core = vec![None], "layers of 1 cores, 3 expected"),
+        (|plan| plan.layer_of_core[0] = Some(2), "numbered below 2"),
+    ];
+    plan().check().unwrap();
+    for (damage, part) in damages {
+        let mut plan = plan();
+        damage(&mut plan);
+        assert!(plan.check().unwrap_err().contains(part), "{:?}", plan.check());
+    }
 }

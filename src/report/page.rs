@@ -1,52 +1,61 @@
-//! One self-contained HTML page from several results.
+//! One self-contained HTML page from a report: nothing is fetched, and without a script the still
+//! pictures and tables are all there.
 
-use std::fmt::Write;
+mod chip;
+mod costs;
+mod flights;
+mod html;
+mod provenance;
+mod replays;
 
-use crate::report::plot::{escape, trajectories};
-use crate::report::results::DriveResult;
-use crate::report::tables::{camera_note, cost_table, outcome_table};
+use html::{Section, paragraph};
 
-/// A page with the tables and trajectories of `results`, which are (file, content).
-pub fn page(results: &[(String, DriveResult)]) -> String {
-    let mut html = String::from(HEAD);
-    for (file, result) in results {
-        let s = &result.settings;
-        let _ = write!(
-            html,
-            "<h2>{}</h2><p>Arena {}, {} Hz, v_max {} m/s, actuators {}, seed {}, revision {}{}.</p>",
-            escape(file),
-            escape(&result.arena.name),
-            s.control_hz,
-            s.v_max_m_per_s,
-            escape(&s.actuators),
-            result.seed,
-            escape(&result.revision),
-            escape(&camera_note(result))
-        );
-        let _ = write!(html, "<pre>{}</pre>", escape(&outcome_table(&result.drivers)));
-        if let Some(costs) = cost_table(&result.drivers) {
-            let _ = write!(
-                html,
-                "<p>Per decision on the emulated chip:</p><pre>{}</pre>",
-                escape(&costs)
-            );
-        }
-        for driver in &result.drivers {
-            if let Some(digest) = &driver.map_digest {
-                let _ =
-                    write!(html, "<p>{}: core map {}</p>", escape(&driver.label), escape(digest));
-            }
-        }
-        html.push_str(&trajectories(result));
+use crate::report::document::Report;
+use crate::report::plot::escape;
+
+const STYLE: &str = include_str!("page/style.css");
+const SCRIPT: &str = include_str!("replay.js");
+
+/// Nothing may be fetched, even if a name or file tried.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+/// The page.
+pub fn page(report: &Report) -> String {
+    let sections: Vec<Section> = [
+        replays::section(report),
+        flights::success_section(report),
+        flights::trajectory_section(report),
+        costs::table5_section(report),
+        costs::energy_section(report),
+        chip::utilization_section(report),
+        chip::rate_section(report),
+        chip::threshold_section(report),
+        chip::agreement_section(report),
+        provenance::section(report),
+    ]
+    .into_iter()
+    .filter(|section| !section.body.is_empty())
+    .collect();
+    let links: Vec<String> =
+        sections.iter().map(|s| format!(r##"<a href="#{}">{}</a>"##, s.id, s.title)).collect();
+    let mut page = format!(
+        r#"<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><meta http-equiv="Content-Security-Policy" content="{POLICY}"><title>spikeloop report</title>
+<style>{STYLE}</style></head>
+<body><header><h1>spikeloop report</h1>{}<nav>{}</nav></header><main>
+"#,
+        flights::summary(report),
+        links.join(" ")
+    );
+    for Section { id, title, body } in &sections {
+        page.push_str(&format!("<section id=\"{id}\"><h2>{title}</h2>\n{body}</section>\n"));
     }
-    html.push_str("</body></html>\n");
-    html
+    let made = format!("put together by revision {}", report.revision);
+    page.push_str(&format!("</main><footer>{}</footer>\n", paragraph(&escape(&made))));
+    if report.replays().next().is_some() {
+        page.push_str(&format!("<script>\n{SCRIPT}</script>\n"));
+    }
+    page.push_str("</body></html>\n");
+    page
 }
-
-const HEAD: &str = r#"<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>spikeloop report</title>
-<style>body{font-family:sans-serif;max-width:100em;margin:2em auto;padding:0 1em}pre{overflow-x:auto;line-height:1.25}svg{max-width:100%;height:auto}</style>
-</head><body><h1>spikeloop report</h1>
-<p>Energy is counts times the named cost table. Static power is listed apart and is not part of the
-dynamic energy. "In windows" counts only what each core did during its own layer's decision window.</p>
-"#;

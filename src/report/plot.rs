@@ -36,16 +36,16 @@ pub fn arena_picture(arena: &ArenaPicture) -> String {
 }
 
 /// Size and scale of a picture.
-struct Sheet {
+pub(super) struct Sheet {
     scale: f64,
     x0: f64,
     y1: f64,
-    width: f64,
-    height: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
 }
 
 impl Sheet {
-    fn new(arena: &ArenaPicture) -> Self {
+    pub(super) fn new(arena: &ArenaPicture) -> Self {
         let [x0, y0, x1, y1] = arena.bounds_m;
         let scale = SIDE_PX / (x1 - x0).max(y1 - y0).max(1e-9);
         let side = |length_m: f64| length_m * scale + 2.0 * MARGIN_PX;
@@ -59,26 +59,26 @@ impl Sheet {
         )
     }
 
-    fn frame(&self, panel: usize) -> Frame {
+    pub(super) fn frame(&self, panel: usize) -> Frame {
         let left = self.width * panel as f64;
         Frame { scale: self.scale, x0: self.x0, y1: self.y1, left }
     }
 }
 
 /// Metres to pixels of one panel; y points up in the world and down in the picture.
-struct Frame {
-    scale: f64,
+pub(super) struct Frame {
+    pub(super) scale: f64,
     x0: f64,
     y1: f64,
     left: f64,
 }
 
 impl Frame {
-    fn x(&self, x_m: f64) -> f64 {
+    pub(super) fn x(&self, x_m: f64) -> f64 {
         self.left + MARGIN_PX + (x_m - self.x0) * self.scale
     }
 
-    fn y(&self, y_m: f64) -> f64 {
+    pub(super) fn y(&self, y_m: f64) -> f64 {
         MARGIN_PX + (self.y1 - y_m) * self.scale
     }
 
@@ -126,7 +126,7 @@ impl Frame {
         }
     }
 
-    fn arena(&self, svg: &mut String, arena: &ArenaPicture) {
+    pub(super) fn arena(&self, svg: &mut String, arena: &ArenaPicture) {
         let [x0, y0, x1, y1] = arena.bounds_m;
         for polygon in &arena.polygons_m {
             let points: Vec<String> = polygon
@@ -171,7 +171,14 @@ impl Frame {
         }
     }
 
-    fn path(&self, svg: &mut String, points: &[[i32; 3]], colour: &str, width: f64, opacity: f64) {
+    pub(super) fn path(
+        &self,
+        svg: &mut String,
+        points: &[[i32; 3]],
+        colour: &str,
+        width: f64,
+        opacity: f64,
+    ) {
         let points: Vec<String> = thinned(points)
             .map(|[x, y, _]| {
                 format!("{:.1},{:.1}", self.x(f64::from(x) / 1e3), self.y(f64::from(y) / 1e3))

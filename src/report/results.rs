@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hw_model::ChipSpec;
+use hw_model::CoreMap;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -219,9 +219,15 @@ pub struct DriverResult {
     pub seed: u64,
     /// SHA-256 of the core map, for a chip.
     pub map_digest: Option<String>,
+    /// SHA-256 of the network, or of the core map and what the host adds to it.
+    #[serde(default)]
+    pub digest: Option<String>,
     /// Whether it flew with an event camera.
     #[serde(default)]
     pub camera: bool,
+    /// About the cost tables, for a chip.
+    #[serde(default)]
+    pub cost_tables: Vec<CostTableNote>,
     /// Totals and means.
     pub summary: Summary,
     /// Decisions per second of wall-clock time, the world included; differs from run to run.
@@ -283,13 +289,40 @@ pub struct Cost {
     pub dynamic_encoder_fj: u64,
     /// Modelled chip time.
     pub time_ps: u64,
+    /// The part of it that barriers take.
+    #[serde(default)]
+    pub barrier_ps: u64,
     /// Static power of the chip times the modelled time; not part of the dynamic energy.
     pub static_fj: u64,
 }
 
+/// Where prices come from, and what has none.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CostTableNote {
+    /// Name of the table.
+    pub name: String,
+    /// Source of its prices.
+    pub source: String,
+    /// Operations without a price of energy.
+    pub unpriced: Vec<String>,
+}
+
+impl CostTableNote {
+    /// Notes on all tables of the chip of `map`.
+    pub fn all(map: &CoreMap) -> Vec<Self> {
+        let note = |table: &hw_model::cost::CostTable| Self {
+            name: table.name.clone(),
+            source: table.source.clone(),
+            unpriced: table.unpriced().into_iter().map(str::to_owned).collect(),
+        };
+        map.chip().cost_tables.iter().map(note).collect()
+    }
+}
+
 impl ChipResult {
-    /// Prices what `used` counts by every cost table of `chip`.
-    pub fn new(used: &ChipUse, chip: &ChipSpec) -> Self {
+    /// Prices what `used` counts by every cost table of the chip of `map`.
+    pub fn new(used: &ChipUse, map: &CoreMap) -> Self {
+        let (chip, tiles) = (map.chip(), map.tiles_in_use());
         let by_name = |counts: &hw_model::OpCounts| {
             counts.named().into_iter().map(|(name, n)| (name.to_owned(), n)).collect()
         };
@@ -303,6 +336,7 @@ impl ChipResult {
                 dynamic_windowed_fj: table.energy(&used.windowed).total_fj(),
                 dynamic_encoder_fj: table.energy(&used.encoder).total_fj(),
                 time_ps: *time_ps,
+                barrier_ps: used.counts.barriers.saturating_mul(table.barrier_ps(tiles)),
                 // mW x ps = 1e-15 J = fJ
                 static_fj: (chip.static_power.chip_mw * *time_ps as f64).round() as u64,
             };
@@ -344,7 +378,7 @@ impl DriverResult {
     pub fn new(driver: &Driver, seed: u64, flown: &[Flown], wall_s: f64) -> Self {
         let map = driver.deployment().map(|deployment| &deployment.map);
         let price = |used: &Option<ChipUse>| {
-            used.as_ref().zip(map).map(|(used, map)| ChipResult::new(used, map.chip()))
+            used.as_ref().zip(map).map(|(used, map)| ChipResult::new(used, map))
         };
         let mut used: Option<ChipUse> = None;
         flown
@@ -356,7 +390,9 @@ impl DriverResult {
             label: driver.label.clone(),
             seed,
             map_digest: map.map(|map| map.digest()),
+            digest: driver.digest.clone(),
             camera: driver.needs_camera(),
+            cost_tables: map.map_or_else(Vec::new, |map| CostTableNote::all(map)),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
             summary,
             trials: flown.iter().map(|f| TrialResult::new(f, price(&f.chip))).collect(),

@@ -1,10 +1,12 @@
 //! The success table: networks, maps, conditions and seeds, as data and as text.
 
+use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::TrialConfig;
 use crate::evaluate::CONDITIONS;
+use crate::report::bars::{Bar, bars};
 use crate::report::results::{CameraSettings, Summary};
 use crate::report::tables::plain;
 use crate::world::dvs::CameraConfig;
@@ -308,7 +310,7 @@ impl SuccessTable {
 
 /// Success rates: a row for each condition and network, the paper's below; for each map the mean
 /// of all seeds and every seed's own.
-pub fn success_table(table: &SuccessTable) -> String {
+pub fn success_table(table: &SuccessTable) -> Table {
     let networks = in_order(&table.cells, |cell| &cell.network);
     let maps = in_order(&table.cells, |cell| &cell.map);
     let columns: Vec<[String; 2]> =
@@ -333,7 +335,45 @@ pub fn success_table(table: &SuccessTable) -> String {
             text.add_row(name.into_iter().chain(theirs));
         }
     }
-    text.to_string()
+    text
+}
+
+/// Mean success of every network, map and condition as bars, each seed as a dot; the paper's
+/// EEM-SAN where it has the map.
+pub fn success_bars(table: &SuccessTable) -> String {
+    let mut rows = Vec::new();
+    let label =
+        |network: &str, map: &str, condition: &str| format!("{network}, {map}, {condition}");
+    for (index, condition) in CONDITIONS.iter().enumerate() {
+        for map in in_order(&table.cells, |cell| &cell.map) {
+            let before = rows.len();
+            for network in in_order(&table.cells, |cell| &cell.network) {
+                let Some((mean, seeds)) = table.rates(network, map, condition.name) else {
+                    continue;
+                };
+                rows.push(Bar {
+                    label: label(network, map, condition.name),
+                    values: vec![mean],
+                    dots: seeds,
+                    said: format!("{mean:.3}"),
+                });
+            }
+            let place = PAPER_MAPS.iter().position(|known| *known == map);
+            if let (Some(place), true) = (place, rows.len() > before) {
+                let (network, rates) = PAPER[PAPER.len() - 1];
+                let rate = rates[index][place];
+                let label = label(network, map, condition.name);
+                let (values, said) = (vec![0.0, rate], format!("{rate:.3}"));
+                rows.push(Bar { label, values, said, ..Bar::default() });
+            }
+        }
+    }
+    bars(
+        "Share of trials that reached the goal (dots: seeds)",
+        &["here", "paper"],
+        &rows,
+        Some(1.0),
+    )
 }
 
 /// Mean and each seed of one network, map and condition.

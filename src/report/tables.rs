@@ -5,7 +5,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use crate::report::results::{ChipResult, DriveResult, DriverResult};
 
 /// How it went: one row per driver and seed.
-pub fn outcome_table(drivers: &[DriverResult]) -> String {
+pub fn outcome_table(drivers: &[DriverResult]) -> Table {
     let mut table = plain(&[
         "driver",
         "seed",
@@ -31,7 +31,7 @@ pub fn outcome_table(drivers: &[DriverResult]) -> String {
             format!("{:.0}", driver.decisions_per_s),
         ]);
     }
-    table.to_string()
+    table
 }
 
 /// `, event camera on for NAME, NAME`; empty when no driver flew with one.
@@ -47,7 +47,7 @@ pub fn camera_note(result: &DriveResult) -> String {
 
 /// What a decision costs on the chip: one row per driver, seed and cost table. Empty when no chip
 /// drove.
-pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
+pub fn cost_table(drivers: &[DriverResult]) -> Option<Table> {
     let mut table = plain(&[
         "driver",
         "seed",
@@ -84,7 +84,7 @@ pub fn cost_table(drivers: &[DriverResult]) -> Option<String> {
             ]);
         }
     }
-    any.then(|| table.to_string())
+    any.then_some(table)
 }
 
 /// Registers that overflowed, when any did.

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use comfy_table::Table;
+use serde::{Deserialize, Serialize};
+
 use crate::report::plot::escape;
 use crate::report::tables::plain;
 
@@ -19,17 +22,29 @@ const LEFT_PX: f64 = 48.0;
 const BAR_WIDTH_PX: f64 = 26.0;
 const LAYER_WIDTH_PX: f64 = 84.0;
 
+/// Thresholds of several networks, as `thresholds --json` writes them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ThresholdsResult {
+    /// Revision of the program.
+    pub revision: String,
+    /// The networks.
+    pub thresholds: Vec<Thresholds>,
+}
+
 /// Thresholds of one network.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
     /// Name.
     pub network: String,
+    /// SHA-256 of the network.
+    #[serde(default)]
+    pub digest: Option<String>,
     /// Name and threshold of each layer.
     pub layers: Vec<(String, f64)>,
 }
 
 /// A row for each layer, a column for each network.
-pub fn thresholds_table(networks: &[Thresholds]) -> String {
+pub fn thresholds_table(networks: &[Thresholds]) -> Table {
     let header: Vec<&str> =
         ["layer"].into_iter().chain(networks.iter().map(|n| n.network.as_str())).collect();
     let mut table = plain(&header);
@@ -39,7 +54,7 @@ pub fn thresholds_table(networks: &[Thresholds]) -> String {
         };
         table.add_row([layer.to_owned()].into_iter().chain(networks.iter().map(cell)));
     }
-    table.to_string()
+    table
 }
 
 /// Bars by layer, one colour for each network, with the initial threshold as a line.

@@ -711,18 +711,22 @@ fn convolutions_whose_parts_do_not_go_together_are_refused() {
 fn results_of_another_form_are_refused() {
     let folder = Folder::new();
     let cases = [
-        ("{\"format\": 2}", "r.json: format 2 found, 1 expected; drive again"),
-        ("{\"format\": 1}", "r.json: not a result of `spikeloop drive --json` (missing field"),
-        ("{}", "missing field `format`"),
-        ("[1, 2]", "r.json: not a result"),
-        ("", "r.json: not a result"),
+        (r#"{"format": 2, "drivers": 0, "pairs_mm": 0}"#, "r.json: format 2 found, 1 expected"),
+        (
+            r#"{"format": 1, "drivers": 0, "pairs_mm": 0}"#,
+            "r.json: not a result of `spikeloop drive --json` (missing field",
+        ),
+        (r#"{"drivers": 0, "pairs_mm": 0}"#, "missing field `format`"),
+        ("{}", "r.json: fields none; not a result"),
+        ("[1, 2]", "r.json: fields none; not a result"),
+        ("", "r.json: not JSON"),
     ];
     for (text, part) in cases {
         folder.write("r.json", text);
         refused(&folder, "report r.json -o out.html", &[part]);
     }
     folder.good("drive straight --trials 1 --json good.json");
-    refused(&folder, "report good.json r.json -o out.html", &["r.json: not a result"]);
+    refused(&folder, "report good.json r.json -o out.html", &["r.json: not JSON"]);
 }
 
 #[test]

@@ -455,10 +455,11 @@ fn report_puts_every_result_on_one_page() {
     let digest = digest_of(&folder, "reflex.map");
     assert_eq!(ran.header().1, format!("reflex chip (nearest) {digest}"));
     let page = String::from_utf8(folder.read("page.html")).unwrap();
-    for part in ["<h2>a.json</h2>", "<h2>b.json</h2>", "straight to goal", digest.as_str()] {
+    for part in ["<h3>a.json</h3>", "<h3>b.json</h3>", "straight to goal", digest.as_str()] {
         assert!(page.contains(part), "{part}");
     }
-    assert_eq!(page.matches("<svg ").count(), 2);
+    // Trajectories of each, and energy and time of the chip.
+    assert_eq!(page.matches("<svg ").count(), 4);
 }
 
 fn trace_copy(folder: &Folder) -> String {

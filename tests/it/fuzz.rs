@@ -18,6 +18,7 @@ use spikeloop::net::{EemSan, Layer, Network, RateEncoder, builtin, description, 
 use spikeloop::npz::Npz;
 use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
 use spikeloop::reference::{EemSanPolicy, FixedNetwork};
+use spikeloop::report::Report;
 use spikeloop::report::page::page;
 use spikeloop::report::results::DriveResult;
 use spikeloop::report::success::{SuccessTable, success_table};
@@ -152,8 +153,9 @@ fn read_integers(json: &str, array: &[u8]) {
 }
 
 fn read_result(json: &str) {
-    if let Ok(result) = DriveResult::from_json("r.json", json) {
-        assert!(page(&[("r.json".to_owned(), result)]).ends_with("</html>\n"));
+    let mut report = Report::new("r");
+    if report.add("r.json", json).is_ok() {
+        assert!(page(&report).ends_with("</html>\n"));
     }
 }
 
@@ -175,7 +177,7 @@ fn read_eem_san(bytes: &[u8]) {
 
 fn read_success(json: &str) {
     if let Ok(table) = SuccessTable::from_json("s.json", json) {
-        assert!(success_table(&table).contains("condition"));
+        assert!(success_table(&table).to_string().contains("condition"));
     }
 }
 
@@ -319,6 +321,19 @@ fn damaged_tables_never_panic() {
     let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) };
     proptest!(config, |(damage in damage())| {
         read_success(&text(&damaged(&good, &damage)));
+    });
+}
+
+#[test]
+fn damaged_replays_never_panic() {
+    let folder = Folder::new();
+    folder.good("compile reflex -o r.map");
+    folder.good("drive r.map --trials 1 --ticks-max 4 --arena courtyard-moving --replay r.json");
+    let good = folder.read("r.json");
+    assert!(Report::new("r").add("r.json", &text(&good)).is_ok());
+    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) };
+    proptest!(config, |(damage in damage())| {
+        read_result(&text(&damaged(&good, &damage)));
     });
 }
 

@@ -11,6 +11,7 @@ mod fixtures;
 mod fuzz;
 mod golden;
 mod nets;
+mod report;
 mod san;
 mod table5;
 mod tidy;

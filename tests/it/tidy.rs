@@ -49,7 +49,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("host", &["coding", "compile", "net", "policy", "rng"]),
     ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
     ("evaluate", &["closed_loop", "coding", "host", "net", "policy", "reference", "rng", "world"]),
-    ("report", &["closed_loop", "evaluate", "host", "world"]),
+    ("report", &["closed_loop", "cost", "evaluate", "host", "policy", "world"]),
     (
         "golden",
         &[

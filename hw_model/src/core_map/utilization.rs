@@ -1,12 +1,12 @@
 //! How much of every resource a map takes, as used / limit.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Core, CoreMap};
 use crate::spec::ChipSpec;
 
 /// One resource of one core (or of the chip).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Usage {
     /// What is taken.
     pub used: u64,
@@ -15,7 +15,7 @@ pub struct Usage {
 }
 
 /// Everything that one core takes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CoreUse {
     /// Core number.
     pub core: u16,

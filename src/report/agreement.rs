@@ -1,0 +1,66 @@
+//! Chip beside float network, layer by layer: what `agree` found.
+
+use comfy_table::Table;
+use serde::{Deserialize, Serialize};
+
+use crate::evaluate::Agreement;
+use crate::report::tables::plain;
+
+/// What `agree --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AgreementResult {
+    /// Revision of the program.
+    pub revision: String,
+    /// The float network as it was typed.
+    pub network: String,
+    /// SHA-256 of the core map.
+    pub map_digest: String,
+    /// The arena as it was typed.
+    pub arena: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Trials flown to fill the ticks.
+    pub trials: usize,
+    /// What was counted.
+    pub agreement: Agreement,
+}
+
+/// Spikes of every layer on both sides.
+pub fn agreement_table(agreement: &Agreement) -> Table {
+    let mut table = plain(&[
+        "layer",
+        "neurons",
+        "float spikes",
+        "chip spikes",
+        "in both",
+        "same step (%)",
+        "same tick (%)",
+        "rate (%)",
+    ]);
+    for layer in &agreement.layers {
+        let sites = (layer.neurons as f64 * layer.steps as f64).max(1.0);
+        table.add_row([
+            layer.layer.clone(),
+            layer.neurons.to_string(),
+            layer.float.to_string(),
+            layer.chip.to_string(),
+            layer.both.to_string(),
+            format!("{:.3}", 100.0 * layer.share()),
+            format!("{:.3}", 100.0 * layer.share_in_tick()),
+            format!("{:.3}", 100.0 * layer.float as f64 / sites),
+        ]);
+    }
+    table
+}
+
+/// How far the actions are apart.
+pub fn actions_line(agreement: &Agreement, trials: usize) -> String {
+    let (ticks, n) = (agreement.ticks, agreement.ticks.max(1) as f64);
+    format!(
+        "actions equal in {} of {ticks} ticks of {trials} trials, mean difference {:.4}, largest \
+         {:.2} (of the wheel's range)",
+        agreement.equal_actions,
+        agreement.action_difference_sum / n,
+        agreement.action_difference_max
+    )
+}

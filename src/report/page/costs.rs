@@ -1,0 +1,124 @@
+//! Operations, energy and time.
+
+use std::collections::BTreeMap;
+
+use crate::report::bars::{Bar, bars};
+use crate::report::document::{Content, Report};
+use crate::report::page::html::{Section, heading, paragraph, picture, table};
+use crate::report::plot::escape;
+use crate::report::results::{Cost, CostTableNote, DriveResult};
+use crate::report::table5::{neurobench_table, ops_table};
+use crate::report::tables::{cost_table, host_line, micro, overflow_line};
+
+/// What an energy or a time is not.
+const NOTE: &str = "Energy is counts times the named cost table, per decision. No table prices the \
+barrier's energy; host and management processor are counted below and not priced; modelled time \
+leaves out hop latencies and the host. Static power is an upper bound at an unstated operating \
+point, a bar of its own and not part of the dynamic energy. \"In windows\" counts only what each \
+core did during its own layer's window.";
+
+pub(super) fn table5_section(report: &Report) -> Section {
+    let mut body = String::new();
+    for item in &report.items {
+        let Content::Table5(result) = &item.content else { continue };
+        body += &heading(&item.file);
+        body += &paragraph(&escape(&result.caption()));
+        body += &table(&ops_table(result));
+        body += &paragraph(&escape(&result.ratio_line()));
+        body += &table(&neurobench_table(result));
+        body += &paragraph(&escape(&result.energy_line()));
+        body += &paragraph(&escape(&result.agreement_line()));
+    }
+    Section { id: "table5", title: "Operations beside artificial networks (Table 5)", body }
+}
+
+pub(super) fn energy_section(report: &Report) -> Section {
+    let mut body = String::new();
+    for item in &report.items {
+        let Content::Drive(result) = &item.content else { continue };
+        let Some(costs) = cost_table(&result.drivers) else { continue };
+        body += &heading(&item.file);
+        body += &picture(&bars(
+            "Energy per decision",
+            &["synapses", "compartments", "network", "static, whole chip"],
+            &rows(result, energy_rows),
+            None,
+        ));
+        body += &picture(&bars(
+            "Modelled chip time per decision",
+            &["cores", "barrier"],
+            &rows(result, time_rows),
+            None,
+        ));
+        body += &table(&costs);
+        body += &lines(result);
+    }
+    if !body.is_empty() {
+        body = paragraph(NOTE) + &body;
+    }
+    Section { id: "energy", title: "Energy and time", body }
+}
+
+/// Bars of every driver, seed and cost table.
+fn rows(result: &DriveResult, of: fn(&str, &Cost, f64) -> Vec<Bar>) -> Vec<Bar> {
+    let mut rows = Vec::new();
+    for driver in &result.drivers {
+        let Some(chip) = &driver.summary.chip else { continue };
+        let n = driver.summary.decisions.max(1) as f64;
+        for (name, cost) in &chip.costs {
+            rows.extend(of(&format!("{}, {name}", driver.label), cost, n));
+        }
+    }
+    rows
+}
+
+fn energy_rows(label: &str, cost: &Cost, decisions: f64) -> Vec<Bar> {
+    let uj = |fj: u64| fj as f64 / decisions / 1e9;
+    let row = |values: [u64; 4], of: &str, label: &str, total: u64| Bar {
+        label: label.to_owned(),
+        values: values.map(uj).to_vec(),
+        said: format!("{} uJ {of}", micro(total, decisions)),
+        ..Bar::default()
+    };
+    let dynamic = [cost.synapses_fj, cost.compartments_fj, cost.network_fj, 0];
+    vec![
+        row(dynamic, "dynamic", label, cost.dynamic_fj),
+        row([0, 0, 0, cost.static_fj], "static", "", cost.static_fj),
+    ]
+}
+
+fn time_rows(label: &str, cost: &Cost, decisions: f64) -> Vec<Bar> {
+    let us = |ps: u64| ps as f64 / decisions / 1e6;
+    let cores = cost.time_ps.saturating_sub(cost.barrier_ps);
+    vec![Bar {
+        label: label.to_owned(),
+        values: vec![us(cores), us(cost.barrier_ps)],
+        said: format!("{:.1} us, {:.1} in barriers", us(cost.time_ps), us(cost.barrier_ps)),
+        ..Bar::default()
+    }]
+}
+
+/// Host work, overflows, and what the tables leave out.
+fn lines(result: &DriveResult) -> String {
+    let mut html = String::new();
+    let mut notes: BTreeMap<&str, &CostTableNote> = BTreeMap::new();
+    for driver in &result.drivers {
+        notes.extend(driver.cost_tables.iter().map(|note| (note.name.as_str(), note)));
+        let Some(chip) = &driver.summary.chip else { continue };
+        if let Some(line) = host_line(chip, driver.summary.decisions) {
+            html += &paragraph(&escape(&format!("{}: host, per decision: {line}.", driver.label)));
+        }
+        if let Some(line) = overflow_line(chip) {
+            html += &paragraph(&escape(&format!("{}: registers overflowed: {line}", driver.label)));
+        }
+    }
+    for note in notes.values() {
+        let unpriced = match note.unpriced.is_empty() {
+            true => "nothing".to_owned(),
+            false => note.unpriced.join(", "),
+        };
+        let line = format!("{}: {} Without a price: {unpriced}.", note.name, note.source);
+        html += &paragraph(&escape(&line));
+    }
+    html
+}

@@ -1,0 +1,234 @@
+//! The report: recorded trials, the page with every section, its script.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+use spikeloop::report::replay::{Replay, codec};
+
+use crate::bad_input::refused;
+use crate::cli::{Folder, reflex_map};
+use crate::fixtures::eem_san;
+
+/// A small untrained EEM-SAN, compiled, flown for some ticks on the chip, and recorded.
+fn small_eem_san(folder: &Folder) {
+    folder.write("s.safetensors", eem_san(true, &|_, _, _| ()));
+    folder.good("compile s.safetensors -o s.map");
+    folder.good(
+        "drive s.safetensors s.map --arena map1 --control-hz 20 --trials 2 --ticks-max 12 \
+         --json d.json --replay r.json --replay-trial 0 --replay-trial 1",
+    );
+}
+
+fn replay(folder: &Folder, name: &str) -> Replay {
+    let text = String::from_utf8(folder.read(name)).unwrap();
+    Replay::from_json(name, &text).unwrap()
+}
+
+fn page(folder: &Folder, name: &str) -> String {
+    String::from_utf8(folder.read(name)).unwrap()
+}
+
+#[test]
+fn recording_a_small_eem_san_keeps_the_flight_and_holds_frames_spikes_and_state() {
+    let folder = Folder::new();
+    small_eem_san(&folder);
+    let (result, replay) = (folder.json("d.json"), replay(&folder, "r.json"));
+    assert_eq!(replay.episodes.len(), 2);
+    for (episode, trial) in
+        replay.episodes.iter().zip(result["drivers"][1]["trials"].as_array().unwrap())
+    {
+        assert_eq!(serde_json::to_value(&episode.poses_mm).unwrap(), trial["trajectory_mm"]);
+        let last = episode.ticks.last().unwrap();
+        assert_eq!(trial["chip"]["costs"]["sanafe"]["dynamic_fj"], last.dynamic_fj[1]);
+        assert_eq!((last.frames.len(), last.dvs_state.len()), (5, 4));
+        // The camera was on: there are events once the robot moves.
+        let pixels = |frame: &String| codec::bits_of_text(frame, replay.pixels()).unwrap().len();
+        assert!(episode.ticks.iter().flat_map(|t| &t.frames).map(pixels).sum::<usize>() > 0);
+    }
+    let again = "drive s.map --arena map1 --control-hz 20 --trials 2 --ticks-max 12 --threads 1 \
+                 --replay again.json --replay-trial 0 --replay-trial 1";
+    folder.good(again);
+    assert!(folder.read("again.json") == folder.read("r.json"));
+}
+
+#[test]
+fn the_page_has_a_section_for_every_kind_of_result() {
+    let folder = Folder::new();
+    small_eem_san(&folder);
+    folder.good("agree s.map s.safetensors --ticks 4 --json a.json");
+    folder.good("table5 s.safetensors --seconds 1 --json t.json");
+    folder.good("thresholds s.safetensors --json h.json");
+    folder.good(
+        "evaluate straight --map map1 --condition static-1.0 --trials 2 --seeds 2 --json e.json",
+    );
+    let about = folder.good("inspect s.map --json").out;
+    folder.write("c.json", &about);
+    let files = "r.json d.json e.json t.json a.json c.json h.json";
+    folder
+        .good(&format!("report {files} -o page.html --json all.json --picture still.svg --tick 3"));
+    let html = page(&folder, "page.html");
+    for id in [
+        "replay",
+        "success",
+        "trajectories",
+        "table5",
+        "energy",
+        "chip",
+        "rates",
+        "thresholds",
+        "agreement",
+        "provenance",
+    ] {
+        assert!(html.contains(&format!("<section id=\"{id}\">")), "{id}");
+        assert!(html.contains(&format!("<a href=\"#{id}\">")), "link to {id}");
+    }
+    let plan: Value = serde_json::from_str(&about).unwrap();
+    let digest = plan["map_digest"].as_str().unwrap();
+    for part in [digest, "Without a price", "in barriers", "EEM-SAN, paper", "s chip (nearest)"] {
+        assert!(html.contains(part), "{part}");
+    }
+    // Nothing is fetched: links lead into the page, pictures are in it.
+    for part in ["href=\"http", "src=\"", "@import", "url("] {
+        assert!(!html.contains(part), "{part}");
+    }
+    crate::cli::assert_well_formed(&String::from_utf8(folder.read("still.svg")).unwrap());
+    let all = folder.json("all.json");
+    assert_eq!(all["items"].as_array().unwrap().len(), 7);
+    folder.good("report all.json -o again.html --json same.json");
+    assert!(folder.read("same.json") == folder.read("all.json"));
+    assert_eq!(page(&folder, "again.html"), html);
+}
+
+#[test]
+fn names_with_markup_stay_text_in_the_page() {
+    let folder = Folder::new();
+    let arena = r#"{"name": "</script><b>&\"'", "arena": {"xmin": 0, "xmax": 20, "ymin": 0, "ymax": 20},
+        "walls": [{"name": "<i>&", "shape": "cylinder", "x": 10, "y": 10, "radius": 3, "height": 1}]}"#;
+    folder.write("a.json", arena);
+    folder.write("p.json", r#"{"starts": [[2, 10, 0]], "goals": [[18, 10]]}"#);
+    folder.good("drive straight --arena a.json --pairs p.json --json <d>&.json --replay r.json");
+    folder.good("report <d>&.json r.json -o page.html");
+    let html = page(&folder, "page.html");
+    for part in ["<b>&", "</script><b>", "<i>&", "<d>&"] {
+        assert!(!html.contains(part), "{part}");
+    }
+    assert!(html.contains("&lt;d&gt;&amp;.json"));
+    // Two scripts: the data, whose text ends nowhere early, and the player.
+    assert_eq!((html.matches("<script").count(), html.matches("</script>").count()), (2, 2));
+    let data = html.split("<script type=\"application/json\">").nth(1).unwrap();
+    let data = data.split("</script>").next().unwrap();
+    assert_eq!(Replay::from_json("page", data).unwrap(), replay(&folder, "r.json"));
+    if let Some(players) = run_script(&folder.path("page.html")) {
+        assert_eq!(players.len(), 1);
+    }
+}
+
+#[test]
+fn what_cannot_be_recorded_or_reported_is_refused() {
+    let folder = Folder::new();
+    refused(
+        &folder,
+        "drive straight --trials 2 --replay r.json --replay-trial 2",
+        &["--replay-trial 2: there are 2 trials, 0..=1; give one of them"],
+    );
+    refused(
+        &folder,
+        "drive planner --trials 1 --replay r.json",
+        &["cannot be recorded; record another"],
+    );
+    folder.good("drive straight --trials 1 --ticks-max 5 --json d.json --replay r.json");
+    refused(&folder, "report d.json --picture p.svg", &["--picture: no replay among the results"]);
+    refused(
+        &folder,
+        "report r.json --picture p.svg --tick 5",
+        &["--tick 5: the trial has 5 ticks"],
+    );
+    refused(&folder, "report r.json -o r.json", &["is an input"]);
+    assert_eq!(folder.names(), ["d.json", "r.json"]);
+}
+
+#[test]
+fn the_demonstration_leaves_a_page_that_plays() {
+    let folder = Folder::new();
+    folder.good("demo --network reflex --trials 1 -o out");
+    let replay = replay(&folder, "out/reflex.replay.json");
+    assert_eq!(replay.driver, "reflex chip (nearest)");
+    let html = page(&folder, "out/reflex.html");
+    for id in ["replay", "success", "energy", "chip", "thresholds", "provenance"] {
+        assert!(html.contains(&format!("<section id=\"{id}\">")), "{id}");
+    }
+    folder.good("report out/reflex.report.json -o again.html");
+    assert_eq!(page(&folder, "again.html"), html);
+}
+
+/// What tests/page_check.js says of a page; `None` (said on standard output) without node.
+fn run_script(page: &Path) -> Option<Vec<Value>> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page_check.js");
+    let ran = match Command::new("node").arg(script).arg(page).output() {
+        Ok(ran) => ran,
+        Err(error) => {
+            println!("skipped: needs node ({error})");
+            return None;
+        }
+    };
+    let err = String::from_utf8_lossy(&ran.stderr);
+    assert!(ran.status.success(), "{err}");
+    Some(serde_json::from_slice(&ran.stdout).unwrap())
+}
+
+#[test]
+fn the_script_plays_to_the_end_and_decodes_what_was_recorded() {
+    let folder = Folder::new();
+    small_eem_san(&folder);
+    folder
+        .good("drive straight --trials 1 --ticks-max 15 --arena courtyard-moving --replay s.json");
+    folder.good("report r.json s.json -o page.html");
+    let Some(players) = run_script(&folder.path("page.html")) else { return };
+    assert_eq!(players.len(), 2);
+    let replay = replay(&folder, "r.json");
+    let ticks = players[0]["ticks"].as_array().unwrap();
+    assert_eq!(ticks.len(), replay.episodes[0].ticks.len());
+    let numbers = |value: &Value| -> Vec<u64> {
+        value.as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect()
+    };
+    let bits = |text: &str, n: u32| -> Vec<u64> {
+        codec::bits_of_text(text, n).unwrap().into_iter().map(u64::from).collect()
+    };
+    for (seen, tick) in ticks.iter().zip(&replay.episodes[0].ticks) {
+        for (seen, frame) in seen["frames"].as_array().unwrap().iter().zip(&tick.frames) {
+            assert_eq!(numbers(seen), bits(frame, replay.pixels()));
+        }
+        assert_eq!(numbers(&seen["spikes"]), bits(&tick.spikes, replay.spike_bits()));
+        let cores = [&seen["cores"]["operations"], &seen["cores"]["spikes"]].map(numbers).concat();
+        assert_eq!(cores, codec::numbers_of_text(&tick.cores).unwrap());
+        for place in seen["places"].as_array().unwrap() {
+            let [layer, step, _] = numbers(place)[..] else { panic!("{place}") };
+            assert!(step < u64::from(replay.layers[layer as usize].steps), "{place}");
+        }
+    }
+    let text = players[0]["text"].as_str().unwrap();
+    for part in ["2 of 12", "0.10 s", "davies2018", "core 0", "event camera"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+/// In a real browser, where one is installed.
+#[test]
+fn a_browser_shows_the_player() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    folder.good("drive reflex.map --trials 1 --ticks-max 20 --replay r.json");
+    folder.good("report r.json -o page.html");
+    let url = format!("file://{}", folder.path("page.html").display());
+    let options = ["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"];
+    for browser in ["chromium", "chromium-browser", "google-chrome"] {
+        let Ok(ran) = Command::new(browser).args(options).arg(&url).output() else { continue };
+        let dom = String::from_utf8_lossy(&ran.stdout);
+        for part in ["0 of 20", "<canvas", "synaptic operations"] {
+            assert!(dom.contains(part), "{browser}: {part} is not in the page");
+        }
+        return;
+    }
+    println!("skipped: needs chromium or google-chrome");
+}

@@ -97,3 +97,7 @@ fn draw(svg: &mut String, row: &Bar, top: f64, px: f64) {
         escape(&row.said)
     );
 }
+
+#[cfg(test)]
+#[path = "bars_tests.rs"]
+mod tests;

@@ -121,7 +121,7 @@ fn damaged_replays_are_refused_with_their_place() {
         (|r| r.episodes[1].poses_mm.truncate(40), "trial 1: 40 ticks, 40 poses and 41 places"),
         (|r| r.episodes[0].movers_mm[2].clear(), "trial 0, tick 2: "),
         (|r| r.episodes[0].ticks[3].spikes = "!".into(), "trial 0, tick 3: spikes: 1 letters"),
-        (|r| r.episodes[0].ticks[4].cores = String::new(), "tick 4: cores: 0 numbers"),
+        (|r| r.episodes[0].ticks[4].cores = String::new(), "tick 4: 0 numbers of cores, 4"),
         (|r| r.episodes[0].ticks[5].time_ps.truncate(1), "tick 5: 1 numbers of time_ps, 2"),
     ];
     let good = recorded(EngineKind::Event);

@@ -63,7 +63,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<Verdict, Failure> {
     let replay = flight.record(chip, args.seed, &[trial])?;
     output::write(&file("replay.json"), &serde_json::to_vec(&replay)?)?;
     let mut report = Report::new(REVISION);
-    report.push(&format!("{name}.replay.json"), Content::Replay(replay));
+    report.push(&format!("{name}.replay.json"), Content::Replay(Box::new(replay)));
     report.push(&format!("{name}.json"), Content::Drive(result));
     report.push(&format!("{name}.map"), Content::Chip(plan));
     for network in floats.iter().filter(|network| network.name() == name) {

@@ -43,7 +43,7 @@ pub enum Content {
     /// `drive --json`.
     Drive(DriveResult),
     /// `drive --replay`.
-    Replay(Replay),
+    Replay(Box<Replay>),
     /// `evaluate --json`.
     Success(SuccessTable),
     /// `table5 --json`.
@@ -172,7 +172,7 @@ impl Report {
     /// Replays among the results, with their numbers.
     pub fn replays(&self) -> impl Iterator<Item = (usize, &Replay)> {
         self.items.iter().enumerate().filter_map(|(index, item)| match &item.content {
-            Content::Replay(replay) => Some((index, replay)),
+            Content::Replay(replay) => Some((index, replay.as_ref())),
             _ => None,
         })
     }
@@ -208,7 +208,7 @@ impl Content {
     /// The result in a file that `verb` wrote.
     fn of(file: &str, verb: &'static str, text: &str, fields: Value) -> Result<Self, ReportError> {
         Ok(match verb {
-            "drive --replay" => Self::Replay(Replay::from_json(file, text)?),
+            "drive --replay" => Self::Replay(Box::new(Replay::from_json(file, text)?)),
             "drive --json" => Self::Drive(DriveResult::from_json(file, text)?),
             "evaluate --json" => Self::Success(SuccessTable::from_json(file, text)?),
             "table5 --json" => Self::Table5(Box::new(typed(file, verb, fields)?)),

@@ -711,12 +711,12 @@ fn convolutions_whose_parts_do_not_go_together_are_refused() {
 fn results_of_another_form_are_refused() {
     let folder = Folder::new();
     let cases = [
-        (r#"{"format": 2, "drivers": 0, "pairs_mm": 0}"#, "r.json: format 2 found, 1 expected"),
+        (r#"{"format": 2, "drivers": [], "pairs_mm": []}"#, "r.json: format 2 found, 1 expected"),
         (
-            r#"{"format": 1, "drivers": 0, "pairs_mm": 0}"#,
+            r#"{"format": 1, "drivers": [], "pairs_mm": []}"#,
             "r.json: not a result of `spikeloop drive --json` (missing field",
         ),
-        (r#"{"drivers": 0, "pairs_mm": 0}"#, "missing field `format`"),
+        (r#"{"drivers": [], "pairs_mm": []}"#, "missing field `format`"),
         ("{}", "r.json: fields none; not a result"),
         ("[1, 2]", "r.json: fields none; not a result"),
         ("", "r.json: not JSON"),

@@ -1,5 +1,6 @@
 //! Results as data, tables, pictures and pages. Numbers in, text out: nothing here runs anything.
 
+pub mod activity;
 pub mod chip_picture;
 pub mod curves;
 pub mod page;

@@ -10,6 +10,7 @@ use spikeloop::closed_loop::{Trial, TrialConfig};
 use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::Deployment;
 use spikeloop::net::{Controller, builtin};
+use spikeloop::report::results::counters_by_core;
 use spikeloop::report::tables::plain;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
@@ -67,6 +68,8 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
             "revision": REVISION,
             "network": args.network,
             "map_digest": map.1,
+            "decisions": used.decisions,
+            "counters_by_core": counters_by_core(&used),
             "arena": args.arena,
             "seed": args.seed,
             "trials": trials,

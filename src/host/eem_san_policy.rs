@@ -255,6 +255,7 @@ impl EemSanChipPolicy {
     pub fn chip_use(&self) -> ChipUse {
         ChipUse {
             counts: self.engine.total_counts(),
+            by_core: self.engine.core_counts(),
             time_ps: self.engine.chip_time_ps().to_vec(),
             ..self.used.clone()
         }

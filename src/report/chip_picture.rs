@@ -1,4 +1,5 @@
-//! A picture of the chip as SVG: its tiles and cores, coloured by layer and by use of memory.
+//! A picture of the chip as SVG: its tiles and cores, coloured by layer, by use of memory and by
+//! what they did in a run.
 
 use std::fmt::Write;
 
@@ -6,6 +7,7 @@ use hw_model::CoreMap;
 use hw_model::core_map::CoreUse;
 use hw_model::id::CoreId;
 
+use crate::report::activity::Activity;
 use crate::report::plot::escape;
 
 const CORE_PX: u32 = 26;
@@ -20,37 +22,81 @@ const COLOURS: [&str; 12] = [
     "#994455", "#997700", "#6699cc", "#bbbbbb",
 ];
 
-/// Both views side by side, with a legend of layers below.
-pub fn chip_picture(name: &str, map: &CoreMap) -> String {
+/// How a view colours its cores.
+enum View<'a> {
+    Layer,
+    Memory,
+    Activity(&'a Activity),
+}
+
+impl View<'_> {
+    fn title(&self, name: &str, map: &CoreMap) -> String {
+        match self {
+            View::Layer => {
+                let (cores, chip) = (map.core_usage(), escape(&map.chip().name));
+                format!(
+                    "{} on {chip}: {} of {} cores, by layer",
+                    escape(name),
+                    cores.used,
+                    cores.limit
+                )
+            }
+            View::Memory => "synapse memory in use, white 0 % to dark 100 %".to_owned(),
+            View::Activity(activity) => format!(
+                "synaptic operations per {}, white 0 to dark {:.0}",
+                activity.unit(),
+                activity.most()
+            ),
+        }
+    }
+
+    fn colour(&self, used: &CoreUse, layer: Option<usize>) -> String {
+        match self {
+            View::Layer => layer.map_or("#ffffff", colour_of).to_owned(),
+            View::Memory => {
+                let words = used.synapse_words;
+                shade(words.used as f64 / words.limit.max(1) as f64)
+            }
+            View::Activity(activity) => {
+                shade(activity.synaptic_ops(usize::from(used.core)) / activity.most().max(1e-9))
+            }
+        }
+    }
+}
+
+/// All views side by side, with a legend of layers below; a view of the activity when there is
+/// one, which must be of `map`.
+pub fn chip_picture(name: &str, map: &CoreMap, activity: Option<&Activity>) -> String {
     let layers = layer_of_core(map);
     let use_of_cores = map.utilization();
     let plan = Plan::new(map);
+    let views = [View::Layer, View::Memory].into_iter().chain(activity.map(View::Activity));
+    let views: Vec<View> = views.collect();
     let legend_px = LINE_PX * (map.populations().len() as u32 + 1);
-    let (width, height) =
-        (2 * plan.width + 3 * MARGIN_PX, TITLE_PX + plan.height + legend_px + 2 * MARGIN_PX);
+    let across = views.len() as u32;
+    let (width, height) = (
+        across * plan.width + (across + 1) * MARGIN_PX,
+        TITLE_PX + plan.height + legend_px + 2 * MARGIN_PX,
+    );
     let mut svg = String::new();
     let _ = write!(
         svg,
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
     );
-    let cores = map.core_usage();
-    let (name, chip) = (escape(name), escape(&map.chip().name));
-    let titles = [
-        format!("{name} on {chip}: {} of {} cores, by layer", cores.used, cores.limit),
-        "synapse memory in use, white 0 % to dark 100 %".to_owned(),
-    ];
-    for (view, title) in titles.iter().enumerate() {
-        let left = MARGIN_PX + view as u32 * (plan.width + MARGIN_PX);
-        let _ = write!(svg, r#"<text x="{left}" y="24">{title}</text>"#);
+    for (index, view) in views.iter().enumerate() {
+        let left = MARGIN_PX + index as u32 * (plan.width + MARGIN_PX);
+        let _ = write!(svg, r#"<text x="{left}" y="24">{}</text>"#, view.title(name, map));
         for core in 0..map.chip().limits.cores as u16 {
             let used = use_of_cores.get(usize::from(core));
             let layer = layers.get(usize::from(core)).copied().flatten();
-            let colour = match (used, view) {
-                (None, _) => UNUSED.to_owned(),
-                (Some(_), 0) => layer.map_or("#ffffff", colour_of).to_owned(),
-                (Some(used), _) => shade(used),
-            };
-            let title = used.map_or_else(|| format!("core {core}: not in use"), about);
+            let colour = used.map_or_else(|| UNUSED.to_owned(), |used| view.colour(used, layer));
+            let title = used.map_or_else(
+                || format!("core {core}: not in use"),
+                |used| {
+                    about(used)
+                        + &activity.map_or_else(String::new, |a| a.about(usize::from(used.core)))
+                },
+            );
             let (x, y) = plan.place(core);
             let _ = write!(
                 svg,
@@ -117,9 +163,9 @@ fn colour_of(layer: usize) -> &'static str {
     COLOURS[layer % COLOURS.len()]
 }
 
-/// White to dark blue by the share of synapse memory.
-fn shade(used: &CoreUse) -> String {
-    let share = (used.synapse_words.used * 200 / used.synapse_words.limit.max(1)).min(200);
+/// White to dark blue by a share, 0 to 1.
+fn shade(share: f64) -> String {
+    let share = (share.clamp(0.0, 1.0) * 200.0) as u64;
     format!("rgb({},{},{})", 255 - share, 255 - share * 3 / 4, 255 - share / 3)
 }
 

@@ -24,7 +24,7 @@ fn map() -> CoreMap {
 
 #[test]
 fn every_core_is_drawn_in_both_views_with_the_colour_of_its_layer() {
-    let svg = chip_picture("n&m", &map());
+    let svg = chip_picture("n&m", &map(), None);
     assert_eq!(svg.matches("<title>").count(), 2 * 128);
     assert_eq!(svg.matches(": not in use</title>").count(), 2 * 125);
     assert!(svg.contains("n&amp;m on loihi1: 3 of 128 cores"), "{svg}");
@@ -44,4 +44,22 @@ fn no_two_cores_lie_on_each_other() {
     places.sort_unstable();
     places.dedup();
     assert_eq!(places.len(), 128);
+}
+
+#[test]
+fn a_third_view_shows_what_each_core_did() {
+    let map = map();
+    let saved = format!(
+        r#"{{"map_digest": "{}", "steps": 4, "counters_by_core":
+            [{{"synaptic_ops_dense": 40, "updates_spiking": 4}}, {{"synaptic_ops_kernel": 20}}, {{}}]}}"#,
+        map.digest()
+    );
+    let activity = Activity::from_json("run.json", &saved, &map).unwrap();
+    let svg = chip_picture("n", &map, Some(&activity));
+    assert_eq!(svg.matches("<title>").count(), 3 * 128);
+    assert!(svg.contains("synaptic operations per chip step, white 0 to dark 10<"), "{svg}");
+    assert!(svg.contains("; per chip step 10.0 synaptic operations, 1.0 spikes, 0.0 messages<"));
+    // Core 0 is the busiest, core 1 half as busy.
+    assert_eq!(svg.matches(&shade(1.0)).count(), 1);
+    assert_eq!(svg.matches(&shade(0.5)).count(), 1);
 }

@@ -226,6 +226,10 @@ pub struct DriverResult {
     pub summary: Summary,
     /// Decisions per second of wall-clock time, the world included; differs from run to run.
     pub decisions_per_s: f64,
+    /// What each core did in all trials, in core order: the counters that are not 0. Empty when no
+    /// chip drove.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub counters_by_core: Vec<BTreeMap<String, u64>>,
     /// Every trial.
     pub trials: Vec<TrialResult>,
 }
@@ -285,6 +289,15 @@ pub struct Cost {
     pub time_ps: u64,
     /// Static power of the chip times the modelled time; not part of the dynamic energy.
     pub static_fj: u64,
+}
+
+/// Counters that are not 0, core by core.
+pub fn counters_by_core(used: &ChipUse) -> Vec<BTreeMap<String, u64>> {
+    let counted = |counts: &hw_model::OpCounts| {
+        let named = counts.named().into_iter().filter(|(_, n)| *n > 0);
+        named.map(|(name, n)| (name.to_owned(), n)).collect()
+    };
+    used.by_core.iter().map(counted).collect()
 }
 
 impl ChipResult {
@@ -358,6 +371,7 @@ impl DriverResult {
             map_digest: map.map(|map| map.digest()),
             camera: driver.needs_camera(),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
+            counters_by_core: used.as_ref().map_or_else(Vec::new, counters_by_core),
             summary,
             trials: flown.iter().map(|f| TrialResult::new(f, price(&f.chip))).collect(),
         }

@@ -18,6 +18,8 @@ use spikeloop::net::{EemSan, Layer, Network, RateEncoder, builtin, description, 
 use spikeloop::npz::Npz;
 use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
 use spikeloop::reference::{EemSanPolicy, FixedNetwork};
+use spikeloop::report::activity::Activity;
+use spikeloop::report::chip_picture::chip_picture;
 use spikeloop::report::page::page;
 use spikeloop::report::results::DriveResult;
 use spikeloop::report::success::{SuccessTable, success_table};
@@ -152,6 +154,10 @@ fn read_integers(json: &str, array: &[u8]) {
 }
 
 fn read_result(json: &str) {
+    let map = reflex().map;
+    if let Ok(activity) = Activity::from_json("r.json", json, &map) {
+        assert!(chip_picture("r", &map, Some(&activity)).ends_with("</svg>\n"));
+    }
     if let Ok(result) = DriveResult::from_json("r.json", json) {
         assert!(page(&[("r.json".to_owned(), result)]).ends_with("</html>\n"));
     }

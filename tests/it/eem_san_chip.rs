@@ -11,7 +11,7 @@ use spikeloop::evaluate::Comparison;
 use spikeloop::host::{Deployment, EemSanChipPolicy, Schedule};
 use spikeloop::net::EemSan;
 use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
-use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
+use spikeloop::policy::{EventFrame, Observation, Policy as _};
 use spikeloop::reference::FixedEemSan;
 use spikeloop::rng::{Streams, stream};
 
@@ -234,18 +234,7 @@ fn the_full_network_equals_the_fixed_point_reference() {
 }
 
 fn observation(tick: u64, frames: Vec<EventFrame>) -> Observation {
-    let mut draw = Streams::new(5, 0).at(stream::STIMULUS, tick);
-    let mut laser_m = [0.0; LASER_SECTORS];
-    laser_m.iter_mut().for_each(|range| *range = draw.uniform_in(0.3, 3.0));
-    Observation {
-        goal_direction_rad: draw.uniform_in(-1.0, 1.0),
-        goal_distance_m: draw.uniform_in(0.3, 5.0),
-        linear_m_per_s: 0.3,
-        angular_rad_per_s: 0.1,
-        laser_m,
-        wheel_speed_m_per_s_max: 0.5,
-        frames,
-    }
+    Observation::random(&mut Streams::new(5, 0).at(stream::STIMULUS, tick), frames)
 }
 
 #[test]

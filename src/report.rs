@@ -3,6 +3,7 @@
 pub mod activity;
 pub mod chip_picture;
 pub mod curves;
+pub mod energy;
 pub mod page;
 pub mod plot;
 pub mod results;

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::{Outcome, TrialConfig};
+use crate::cost::{Ops, artificial_ops};
 use crate::evaluate::{Driver, Flown};
-use crate::host::ChipUse;
+use crate::host::{ChipUse, Deployment};
 use crate::world::World;
 use crate::world::dvs::CameraConfig;
 use crate::world::geometry::Shape;
@@ -350,6 +351,10 @@ pub struct Summary {
     pub decisions: u64,
     /// What the chip did in all trials.
     pub chip: Option<ChipResult>,
+    /// Operations that the artificial counterpart of a compiled EEM-SAN would do per decision: row
+    /// (iv) of Table 5, accounting `exact`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub artificial: Option<Ops>,
 }
 
 impl DriverResult {
@@ -364,7 +369,9 @@ impl DriverResult {
             .iter()
             .filter_map(|f| f.chip.as_ref())
             .for_each(|one| *used.get_or_insert_default() += one);
-        let summary = Summary::new(flown, price(&used));
+        let shape = driver.deployment().and_then(Deployment::eem_san_shape);
+        let artificial = shape.as_ref().map(artificial_ops);
+        let summary = Summary { artificial, ..Summary::new(flown, price(&used)) };
         Self {
             label: driver.label.clone(),
             seed,
@@ -410,6 +417,7 @@ impl Summary {
             time_s_mean: mean(|f| f.outcome.time_s),
             decisions: flown.iter().map(|f| f.outcome.decisions).sum(),
             chip,
+            artificial: None,
         }
     }
 }

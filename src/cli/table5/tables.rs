@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use spikeloop::cost::{
-    ADDITION_PJ, Activity, Counts, MULTIPLICATION_PJ, Modules, Ops, PRINTED, RATIOS, Row, Shape,
+    Activity, ArithmeticTable, Counts, Modules, Ops, PRINTED, RATIOS, Row, Shape,
     implied_decision_rate, implied_encoder_rate,
 };
 use spikeloop::report::tables::plain;
@@ -34,11 +34,15 @@ pub(super) fn print(
         RATIOS.0, RATIOS.1
     ))?;
     say(neurobench_table(measured))?;
+    let prices = ArithmeticTable::float32();
     say(format_args!(
-        "energy: 45 nm, 32-bit floats, {ADDITION_PJ} pJ per addition or AC and \
-         {MULTIPLICATION_PJ} pJ per multiplication, so {:.1} pJ per MAC (Horowitz, ISSCC 2014); \
-         arithmetic alone, without memory, and not what the chip takes",
-        ADDITION_PJ + MULTIPLICATION_PJ
+        "energy by {}: {} pJ per addition or AC and {} pJ per multiplication, so {:.1} pJ per MAC \
+         ({}); without memory, and not what the chip takes",
+        prices.name,
+        prices.addition_pj,
+        prices.multiplication_pj,
+        prices.mac_pj(),
+        prices.source
     ))?;
     say(rate_table(shape, measured))?;
     say("artificial modules take the spiking network's weights: their NeuroBench figures are of \
@@ -227,6 +231,7 @@ pub(super) fn as_json(
         })
     });
     let [additions, multiplications] = ratios(&measured.counts);
+    let prices = ArithmeticTable::float32();
     json!({
         "revision": REVISION,
         "seed": args.seed,
@@ -247,9 +252,9 @@ pub(super) fn as_json(
         "activity": measured.activity,
         "shape": shape,
         "energy_pj": {
-            "addition": ADDITION_PJ,
-            "multiplication": MULTIPLICATION_PJ,
-            "source": "45 nm, 32-bit floats; Horowitz, ISSCC 2014",
+            "addition": prices.addition_pj,
+            "multiplication": prices.multiplication_pj,
+            "source": prices.source,
         },
     })
 }
@@ -266,7 +271,7 @@ fn ratio(a: u64, b: u64) -> f64 {
 }
 
 fn uj(additions: u64, multiplications: u64, ticks: u64) -> f64 {
-    let pj = ADDITION_PJ * additions as f64 + MULTIPLICATION_PJ * multiplications as f64;
+    let pj = ArithmeticTable::float32().energy_pj(&Ops { additions, multiplications });
     pj * 1e-6 / ticks.max(1) as f64
 }
 

@@ -52,6 +52,15 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let trials = fly(args, &world, &config, &mut comparison)?;
     let wall_s = started.elapsed().as_secs_f64();
     print(comparison.agreement(), trials, wall_s)?;
+    let delays = comparison.delays();
+    if delays.iter().any(|delay| *delay > 0) {
+        let delays: Vec<String> = delays.iter().map(u64::to_string).collect();
+        say(format_args!(
+            "schedule streaming: the float network reads and acts as late as the chip; layers are \
+             compared {} chip steps apart",
+            delays.join(", ")
+        ))?;
+    }
     if network.encoder.is_some() {
         let agreement = comparison.agreement();
         say(format_args!(
@@ -73,6 +82,7 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
             "arena": args.arena,
             "seed": args.seed,
             "trials": trials,
+            "delays_steps": comparison.delays(),
             "agreement": comparison.agreement(),
         });
         output::write(path, &serde_json::to_vec_pretty(&json)?)?;

@@ -84,6 +84,11 @@ impl EemSanChipPolicy {
         self.program.schedule
     }
 
+    /// Steps by which the populations are behind when it streams ([`EemSanProgram::delays`]).
+    pub fn delays(&self) -> Vec<u64> {
+        self.program.delays()
+    }
+
     /// Whether it takes the frames of an event camera.
     pub fn takes_frames(&self) -> bool {
         self.program.encoder.is_some()

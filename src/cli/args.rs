@@ -109,7 +109,7 @@ pub(super) enum RecipeArg {
     Second,
     /// Follow critics that see the movers
     Third,
-    /// As the third, with the delays of a chip that streams; needs an encoder and --from
+    /// As the third, with the delays of a chip that streams; give --encoder and --from
     Streaming,
     /// The paper's: DDPG, one world, no planner
     Plain,

@@ -7,7 +7,7 @@ use hw_model::id::CoreId;
 use serde_json::json;
 use spikeloop::files;
 use spikeloop::host::{Deployment, Schedule};
-use spikeloop::report::activity::Activity;
+use spikeloop::report::activity::CoreActivity;
 use spikeloop::report::chip_picture::{chip_picture, cores_of};
 use spikeloop::report::tables::plain;
 
@@ -45,8 +45,8 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     Ok(Verdict::Good)
 }
 
-fn activity(path: &Path, map: &CoreMap) -> Result<Activity, Failure> {
-    Ok(Activity::from_json(&path.display().to_string(), &files::read_text(path)?, map)?)
+fn activity(path: &Path, map: &CoreMap) -> Result<CoreActivity, Failure> {
+    Ok(CoreActivity::from_json(&path.display().to_string(), &files::read_text(path)?, map)?)
 }
 
 /// Which cores each layer lies on, and what its synapses take there.

@@ -10,7 +10,7 @@ use crate::report::tables::synaptic_ops;
 
 /// What the cores of one map did.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Activity {
+pub struct CoreActivity {
     by_core: Vec<BTreeMap<String, u64>>,
     /// Chip steps or decisions.
     n: u64,
@@ -74,7 +74,7 @@ struct SavedSummary {
     decisions: u64,
 }
 
-impl Activity {
+impl CoreActivity {
     /// Reads the text of a result; `file` is the name that errors mention. Drivers and seeds with
     /// the same map are added up.
     ///

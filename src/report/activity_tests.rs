@@ -26,7 +26,7 @@ fn drivers_and_seeds_of_one_map_are_added_up_and_others_left_out() {
     let digest = map.digest();
     let (one, two, other) = (driver(&digest, 10), driver(&digest, 30), driver("x", 1000));
     let text = format!(r#"{{"drivers": [{{"label": "float"}}, {one}, {other}, {two}]}}"#);
-    let activity = Activity::from_json("f", &text, &map).unwrap();
+    let activity = CoreActivity::from_json("f", &text, &map).unwrap();
     assert_eq!((activity.synaptic_ops(0), activity.most()), (4.0, 4.0));
     assert_eq!(activity.unit(), "decision");
 }
@@ -34,7 +34,7 @@ fn drivers_and_seeds_of_one_map_are_added_up_and_others_left_out() {
 #[test]
 fn what_is_not_of_this_map_is_refused_with_what_it_is_of() {
     let map = map();
-    let error = |text: &str| Activity::from_json("f", text, &map).unwrap_err().to_string();
+    let error = |text: &str| CoreActivity::from_json("f", text, &map).unwrap_err().to_string();
     assert!(error("[").starts_with("f: not a result of `spikeloop run`, `drive` or `agree"));
     let text = format!(r#"{{"drivers": [{}]}}"#, driver("abc", 1));
     let expected = format!("f: no counters of the cores of map {}, but of abc; ", map.digest());

@@ -7,7 +7,7 @@ use hw_model::CoreMap;
 use hw_model::core_map::CoreUse;
 use hw_model::id::CoreId;
 
-use crate::report::activity::Activity;
+use crate::report::activity::CoreActivity;
 use crate::report::plot::escape;
 
 const CORE_PX: u32 = 26;
@@ -26,7 +26,7 @@ const COLOURS: [&str; 12] = [
 enum View<'a> {
     Layer,
     Memory,
-    Activity(&'a Activity),
+    Activity(&'a CoreActivity),
 }
 
 impl View<'_> {
@@ -66,7 +66,7 @@ impl View<'_> {
 
 /// All views side by side, with a legend of layers below; a view of the activity when there is
 /// one, which must be of `map`.
-pub fn chip_picture(name: &str, map: &CoreMap, activity: Option<&Activity>) -> String {
+pub fn chip_picture(name: &str, map: &CoreMap, activity: Option<&CoreActivity>) -> String {
     let layers = layer_of_core(map);
     let use_of_cores = map.utilization();
     let plan = Plan::new(map);

@@ -54,7 +54,7 @@ fn a_third_view_shows_what_each_core_did() {
             [{{"synaptic_ops_dense": 40, "updates_spiking": 4}}, {{"synaptic_ops_kernel": 20}}, {{}}]}}"#,
         map.digest()
     );
-    let activity = Activity::from_json("run.json", &saved, &map).unwrap();
+    let activity = CoreActivity::from_json("run.json", &saved, &map).unwrap();
     let svg = chip_picture("n", &map, Some(&activity));
     assert_eq!(svg.matches("<title>").count(), 3 * 128);
     assert!(svg.contains("synaptic operations per chip step, white 0 to dark 10<"), "{svg}");

@@ -18,7 +18,7 @@ use spikeloop::net::{EemSan, Layer, Network, RateEncoder, builtin, description, 
 use spikeloop::npz::Npz;
 use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
 use spikeloop::reference::{EemSanPolicy, FixedNetwork};
-use spikeloop::report::activity::Activity;
+use spikeloop::report::activity::CoreActivity;
 use spikeloop::report::chip_picture::chip_picture;
 use spikeloop::report::page::page;
 use spikeloop::report::results::DriveResult;
@@ -155,7 +155,7 @@ fn read_integers(json: &str, array: &[u8]) {
 
 fn read_result(json: &str) {
     let map = reflex().map;
-    if let Ok(activity) = Activity::from_json("r.json", json, &map) {
+    if let Ok(activity) = CoreActivity::from_json("r.json", json, &map) {
         assert!(chip_picture("r", &map, Some(&activity)).ends_with("</svg>\n"));
     }
     if let Ok(result) = DriveResult::from_json("r.json", json) {

@@ -1,8 +1,9 @@
-//! Speed of the main steps: compile, one decision, a thousand chip steps, one closed-loop trial.
+//! Speed of the main steps: compile, one decision, a thousand chip steps, one closed-loop trial,
+//! and EEM-SAN's two phases of a control tick.
 //!
-//! The network has the shape and roughly the spike rates of SAN (24-256-256-256-2, T = 5), with
-//! random weights from a fixed stream, so that the benches need no file. Machines are noisy:
-//! compare ratios within one run.
+//! The small network has the shape and roughly the spike rates of SAN (24-256-256-256-2, T = 5),
+//! with random weights from a fixed stream; EEM-SAN is the one that ships. So the benches need no
+//! file. Machines are noisy: compare ratios within one run.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -11,12 +12,14 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hw_model::engine::{Engine, SpikeRecord, Stimulus};
 use hw_model::{ChipSpec, DenseEngine, EventEngine};
 use spikeloop::closed_loop::TrialConfig;
-use spikeloop::coding::InputSpikes;
+use spikeloop::coding::{InputSpikes, population_spikes};
 use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Driver, EngineKind, fly};
-use spikeloop::host::{ChipPolicy, Deployment};
-use spikeloop::net::{Layer, Network, builtin};
-use spikeloop::reference::FloatNetwork;
+use spikeloop::host::{ChipPolicy, Deployment, EemSanChipPolicy, Schedule};
+use spikeloop::net::{Controller, EemSan, Layer, Network, builtin};
+use spikeloop::policy::{EventFrame, Policy as _};
+use spikeloop::reference::eem_san::FloatDecision;
+use spikeloop::reference::{FloatEncoder, FloatNetwork};
 use spikeloop::rng::{Streams, stream};
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -152,5 +155,54 @@ fn trial(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, compile, decision, thousand_steps, trial);
+/// A compiled EEM-SAN in the schedule `held`, on one and on two threads.
+fn eem_san_on_chip(network: &EemSan) -> [(usize, EemSanChipPolicy); 2] {
+    let policy = Policy::named("nearest").expect("there is one");
+    let (chip, held) = (ChipSpec::loihi1(), Schedule::Held);
+    let deployment =
+        Deployment::compile_eem_san(network, &policy, &chip, None, held).expect("it fits");
+    [1, 2].map(|threads| {
+        let engine = EventEngine::with_threads(Arc::clone(&deployment.map), threads);
+        let mut policy = EemSanChipPolicy::new(&deployment, Box::new(engine)).expect("an EEM-SAN");
+        policy.start_trial(Streams::new(1, 0));
+        (threads, policy)
+    })
+}
+
+/// The encoder's phase (a convolutional network of 102,464 neurons, five frames) and a decision.
+fn eem_san(criterion: &mut Criterion) {
+    let Ok(Controller::EemSan(network)) = builtin::open("eem-san", None) else {
+        panic!("eem-san is built in")
+    };
+    let mut draw = Streams::new(4, 0).at(stream::STIMULUS, 0);
+    let frames: Vec<EventFrame> = (0..5).map(|_| EventFrame::random(&mut draw, 300)).collect();
+    let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
+    let codes: Vec<InputSpikes> = branches
+        .map(|branch| population_spikes(&vec![0.2; branch.layer.inputs], 5, &mut draw))
+        .collect();
+    let mut on_chip = eem_san_on_chip(&network);
+    let mut group = criterion.benchmark_group("encoder/eem_san");
+    group.sample_size(10);
+    let mut encoder = FloatEncoder::new(network.encoder.as_ref().expect("it has one"));
+    group.bench_function("float", |b| {
+        b.iter(|| frames.iter().for_each(|frame| encoder.step(black_box(frame))));
+    });
+    for (threads, policy) in &mut on_chip {
+        group.bench_function(format!("event/threads_{threads}"), |b| {
+            b.iter(|| black_box(policy.encode(&frames)));
+        });
+    }
+    group.finish();
+    let mut group = criterion.benchmark_group("decision/eem_san");
+    let mut float = FloatDecision::new(&network);
+    group.bench_function("float", |b| b.iter(|| black_box(float.decide(&codes))));
+    for (threads, policy) in &mut on_chip {
+        group.bench_function(format!("event/threads_{threads}"), |b| {
+            b.iter(|| black_box(policy.decide(&codes)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, compile, decision, thousand_steps, trial, eem_san);
 criterion_main!(benches);

@@ -32,18 +32,17 @@
 //! for each of T steps.
 
 mod activity;
+mod arithmetic;
 mod closed_form;
 mod counts;
 mod printed;
 mod shape;
 
 pub use activity::{Activity, Traffic};
-pub use closed_form::closed_form;
+pub use arithmetic::ArithmeticTable;
+pub use closed_form::{artificial_ops, closed_form};
 pub use counts::{Counts, NeuroBench, Ops};
-pub use printed::{
-    ADDITION_PJ, MULTIPLICATION_PJ, PRINTED, Printed, RATIOS, implied_decision_rate,
-    implied_encoder_rate,
-};
+pub use printed::{PRINTED, Printed, RATIOS, implied_decision_rate, implied_encoder_rate};
 pub use shape::{ConvShape, DenseShape, Shape};
 
 use std::ops::AddAssign;

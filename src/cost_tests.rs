@@ -97,3 +97,12 @@ fn neurons_of_the_paper() {
     let shape = eem_san();
     assert_eq!((shape.encoder_neurons(), shape.decision_neurons()), (102_464, 810));
 }
+
+#[test]
+fn operations_of_the_artificial_counterpart_need_no_run() {
+    let shape = eem_san();
+    let row = Row::ArtificialArtificial.counts(&closed_form(&shape, &silent(&shape), 3)).exact;
+    let per_tick = artificial_ops(&shape);
+    assert_eq!(3 * per_tick.multiplications, row.multiplications);
+    assert_eq!(3 * per_tick.additions, row.additions);
+}

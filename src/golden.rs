@@ -5,6 +5,7 @@
 //! A file holds input and expectation together; only what stands below the separator is ever
 //! rewritten. `traces/README.md` has the grammar.
 
+mod eem_san;
 mod head;
 mod network_loop;
 mod small_eem_san;

@@ -7,7 +7,7 @@ mod event_frame;
 
 pub use event_frame::{EventFrame, FRAME_COLUMNS, FRAME_PIXELS, FRAME_ROWS};
 
-use crate::rng::Streams;
+use crate::rng::{Draw, Streams};
 
 /// Number of laser sectors that a policy sees.
 pub const LASER_SECTORS: usize = 18;
@@ -30,6 +30,24 @@ pub struct Observation {
     /// Frames of the event camera since the last control tick, oldest first: five at 20 Hz, empty
     /// ones at the first tick; none at all without a camera.
     pub frames: Vec<EventFrame>,
+}
+
+impl Observation {
+    /// A random one with these frames, for traces, benches and tests: ranges of 0.3 to 3 m, a goal
+    /// ahead at 0.3 to 5 m, fastest wheel speed 0.5 m/s.
+    pub fn random(draw: &mut Draw, frames: Vec<EventFrame>) -> Self {
+        let mut laser_m = [0.0; LASER_SECTORS];
+        laser_m.iter_mut().for_each(|range| *range = draw.uniform_in(0.3, 3.0));
+        Self {
+            goal_direction_rad: draw.uniform_in(-1.0, 1.0),
+            goal_distance_m: draw.uniform_in(0.3, 5.0),
+            linear_m_per_s: 0.3,
+            angular_rad_per_s: 0.1,
+            laser_m,
+            wheel_speed_m_per_s_max: 0.5,
+            frames,
+        }
+    }
 }
 
 /// Speeds of the two wheels as fractions of the allowed range, each in `0..=1`.

@@ -1,11 +1,13 @@
 //! Results as data, tables, pictures and pages. Numbers in, text out: nothing here runs anything.
 
+pub mod activity;
 pub mod agreement;
 pub mod bars;
 pub mod chip_picture;
 pub mod chip_plan;
 pub mod curves;
 pub mod document;
+pub mod energy;
 pub mod page;
 pub mod plot;
 pub mod replay;

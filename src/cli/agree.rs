@@ -10,6 +10,7 @@ use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::Deployment;
 use spikeloop::net::{Controller, builtin};
 use spikeloop::report::agreement::{AgreementResult, actions_line, agreement_table};
+use spikeloop::report::results::counters_by_core;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -51,6 +52,15 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let trials = fly(&args.network, args.seed, ticks, &world, &config, &mut comparison)?;
     let wall_s = started.elapsed().as_secs_f64();
     print(comparison.agreement(), trials, wall_s)?;
+    let delays = comparison.delays();
+    if delays.iter().any(|delay| *delay > 0) {
+        let delays: Vec<String> = delays.iter().map(u64::to_string).collect();
+        say(format_args!(
+            "schedule streaming: the float network reads and acts as late as the chip; layers are \
+             compared {} chip steps apart",
+            delays.join(", ")
+        ))?;
+    }
     if network.encoder.is_some() {
         let agreement = comparison.agreement();
         say(format_args!(
@@ -67,9 +77,12 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
             revision: REVISION.to_owned(),
             network: args.network.clone(),
             map_digest: map.1,
+            decisions: used.decisions,
+            counters_by_core: counters_by_core(&used),
             arena: args.arena.clone(),
             seed: args.seed,
             trials,
+            delays_steps: comparison.delays().to_vec(),
             agreement: comparison.agreement().clone(),
         };
         output::write(path, &serde_json::to_vec_pretty(&result)?)?;

@@ -109,6 +109,8 @@ pub(super) enum RecipeArg {
     Second,
     /// Follow critics that see the movers
     Third,
+    /// As the third, with the delays of a chip that streams; give --encoder and --from
+    Streaming,
     /// The paper's: DDPG, one world, no planner
     Plain,
 }
@@ -170,6 +172,9 @@ pub(super) struct InspectArgs {
     /// Draw the chip, its cores coloured by layer and by use of synapse memory
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "dump"])]
     pub(super) picture: Option<PathBuf>,
+    /// Colour it by what the cores did as well: result of `run`, `drive` or `agree --json`
+    #[arg(long, value_name = "RESULT.json", requires = "picture")]
+    pub(super) activity: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -13,6 +13,7 @@ use spikeloop::report::Report;
 use spikeloop::report::agreement::{AgreementResult, agreement_table};
 use spikeloop::report::chip_plan::ChipPlan;
 use spikeloop::report::document::Content;
+use spikeloop::report::results::counters_by_core;
 use spikeloop::report::thresholds::ThresholdsResult;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
@@ -91,13 +92,17 @@ fn compare(
     let mut comparison = Comparison::new(network, deployment, engine)?;
     let (world, config) = (&flight.world, chip.config(&flight.config)?);
     let trials = agree::fly(&network.name, seed, AGREE_TICKS, world, &config, &mut comparison)?;
+    let used = comparison.chip_use();
     let agreement = AgreementResult {
         revision: REVISION.to_owned(),
         network: network.name.clone(),
         map_digest: deployment.map.digest(),
+        decisions: used.decisions,
+        counters_by_core: counters_by_core(&used),
         arena: world.arena().name().to_owned(),
         seed,
         trials,
+        delays_steps: comparison.delays().to_vec(),
         agreement: comparison.agreement().clone(),
     };
     say(agreement_table(&agreement.agreement))?;

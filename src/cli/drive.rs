@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::evaluate::{Driver, EngineKind, check_recordable, fly, record};
+use spikeloop::report::energy::{ENERGY_NOTE, driver_energy, speed_line};
 use spikeloop::report::plot::trajectories;
 use spikeloop::report::replay::Replay;
 use spikeloop::report::results::{
@@ -214,12 +215,20 @@ pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
     let Some(costs) = cost_table(&result.drivers) else { return Ok(()) };
     say("per decision on the emulated chip (static energy is not part of the dynamic):")?;
     say(costs)?;
+    if let Some(energy) = driver_energy(&result.drivers) {
+        say("per decision, beside the artificial counterpart (ANN):")?;
+        say(energy)?;
+        say(ENERGY_NOTE)?;
+    }
     for driver in &result.drivers {
         let decisions = driver.summary.decisions;
         let line = driver.summary.chip.as_ref().and_then(|chip| host_line(chip, decisions));
         if let Some(line) = line {
             let (label, seed) = (&driver.label, driver.seed);
             say(format_args!("{label}, seed {seed}: host, per decision: {line}"))?;
+        }
+        if let Some(line) = speed_line(driver) {
+            say(format_args!("{}, seed {}: {line}", driver.label, driver.seed))?;
         }
         if let Some(line) = driver.summary.chip.as_ref().and_then(overflow_line) {
             say(format_args!(

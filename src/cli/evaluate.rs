@@ -8,6 +8,7 @@ use indicatif::ProgressBar;
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::evaluate::{CONDITIONS, Condition, Driver, EngineKind, fly};
 use spikeloop::files;
+use spikeloop::report::energy::{ENERGY_NOTE, speed_line, success_energy};
 use spikeloop::report::plot::trajectories;
 use spikeloop::report::results::{
     ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
@@ -38,6 +39,11 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<Verdict, Failure> {
     let table = evaluation.fly_all()?;
     say(success_table(&table))?;
     say(NOTE)?;
+    if let Some(energy) = success_energy(&table) {
+        say("per decision on the emulated chip, mean of all seeds:")?;
+        say(energy)?;
+        say(ENERGY_NOTE)?;
+    }
     if let Some(path) = &args.json {
         output::write(path, &serde_json::to_vec_pretty(&table)?)?;
     }
@@ -234,7 +240,8 @@ impl<'a> Evaluation<'a> {
         let result = DriverResult::new(driver, seed, &flown, wall_s);
         let summary = result.summary.clone();
         bar.suspend(|| {
-            say(format_args!("{name}: {} of {} ({wall_s:.1} s)", summary.success, summary.trials))
+            say(format_args!("{name}: {} of {} ({wall_s:.1} s)", summary.success, summary.trials))?;
+            speed_line(&result).map_or(Ok(()), |line| say(format_args!("{name}: {line}")))
         })?;
         if let Some(path) = self.picture(task) {
             let picture = self.drive_result(task, result)?;

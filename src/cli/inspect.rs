@@ -1,9 +1,13 @@
 //! `spikeloop inspect`.
 
+use std::path::Path;
+
 use hw_model::CoreMap;
 use hw_model::id::CoreId;
 use serde_json::json;
+use spikeloop::files;
 use spikeloop::host::{Deployment, Schedule};
+use spikeloop::report::activity::CoreActivity;
 use spikeloop::report::chip_picture::chip_picture;
 use spikeloop::report::chip_plan::{ChipPlan, cores_of};
 use spikeloop::report::tables::plain;
@@ -13,8 +17,13 @@ use crate::cli::output::{REVISION, check_outputs, header, say, write};
 use crate::cli::{Failure, Verdict};
 
 pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
-    check_outputs(&args.picture, [&*args.map])?;
+    check_outputs(
+        &args.picture,
+        [Some(&*args.map), args.activity.as_deref()].into_iter().flatten(),
+    )?;
     let deployment = Deployment::read(&args.map)?;
+    let activity = args.activity.as_deref().map(|path| activity(path, &deployment.map));
+    let activity = activity.transpose()?;
     let digest = deployment.map.digest();
     if args.json {
         say(serde_json::to_string_pretty(&as_json(&deployment)?)?)?;
@@ -31,9 +40,14 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     say(table(&deployment))?;
     say(layers(&deployment.map))?;
     if let Some(path) = &args.picture {
-        write(path, chip_picture(&ChipPlan::new(&deployment)).as_bytes())?;
+        let picture = chip_picture(&ChipPlan::new(&deployment), activity.as_ref());
+        write(path, picture.as_bytes())?;
     }
     Ok(Verdict::Good)
+}
+
+fn activity(path: &Path, map: &CoreMap) -> Result<CoreActivity, Failure> {
+    Ok(CoreActivity::from_json(&path.display().to_string(), &files::read_text(path)?, map)?)
 }
 
 /// Which cores each layer lies on, and what its synapses take there.

@@ -101,7 +101,7 @@ fn as_result(
         rates: rates(&shape, &measured.activity, measured.ticks),
         activity: measured.activity,
         shape,
-        energy_pj: ArithmeticPrices::horowitz(),
+        energy_pj: ArithmeticPrices::float32(),
     }
 }
 

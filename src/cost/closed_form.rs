@@ -2,7 +2,7 @@
 //!
 //! The effective operations of NeuroBench hold for weights none of which is 0.
 
-use crate::cost::{Activity, ConvShape, Counts, DenseShape, Modules, Ops, Shape, Traffic};
+use crate::cost::{Activity, ConvShape, Counts, DenseShape, Modules, Ops, Row, Shape, Traffic};
 
 /// Counts of all modules over `ticks` control ticks with this activity.
 ///
@@ -14,6 +14,20 @@ pub fn closed_form(shape: &Shape, activity: &Modules<Activity>, ticks: u64) -> M
         spiking_decision: spiking_decision(shape, &activity.spiking_decision, ticks),
         artificial_decision: artificial_decision(shape, &activity.artificial_decision, ticks),
     }
+}
+
+/// Operations of the artificial counterpart, row (iv), per control tick in the accounting `exact`:
+/// they are the same whatever is seen.
+pub fn artificial_ops(shape: &Shape) -> Ops {
+    let (n_encoder, n_decision) = (shape.encoder.len(), shape.dense_layers().count());
+    let (encoder, decision) = (Activity::new(n_encoder + 1, 0), Activity::new(n_decision, 0));
+    let nothing = Modules {
+        spiking_encoder: encoder.clone(),
+        artificial_encoder: encoder,
+        spiking_decision: decision.clone(),
+        artificial_decision: decision,
+    };
+    Row::ArtificialArtificial.counts(&closed_form(shape, &nothing, 1)).exact
 }
 
 fn spiking_encoder(shape: &Shape, activity: &Activity, ticks: u64) -> Counts {

@@ -22,12 +22,6 @@ pub const PRINTED: [Printed; 4] = [
 /// Row (iv) over row (i), additions and multiplications (text on Table 5).
 pub const RATIOS: (f64, f64) = (4.63, 11.66);
 
-/// Energy of a 32-bit float addition in 45 nm, 0.9 V (M. Horowitz, ISSCC 2014): an AC.
-pub const ADDITION_PJ: f64 = 0.9;
-
-/// Energy of a 32-bit float multiplication there; with an addition 4.6 pJ per MAC.
-pub const MULTIPLICATION_PJ: f64 = 3.7;
-
 /// Additions of the spiking decision module: between 342,480, or row (ii) would print less, and
 /// 379,090, or (i) and (iii) would not be 0.30e7 apart.
 const DECISION_ADDITIONS: f64 = 0.355e6;

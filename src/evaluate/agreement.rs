@@ -1,5 +1,7 @@
 //! A compiled EEM-SAN beside its float network on equal observations and random draws.
 
+use std::collections::VecDeque;
+
 use hw_model::Engine;
 use serde::{Deserialize, Serialize};
 
@@ -16,15 +18,6 @@ pub enum AgreementError {
     /// The map has no program for an EEM-SAN.
     #[error("{map}: not a map of an EEM-SAN; compile one with `spikeloop compile eem-san -o MAP`")]
     NotEemSan {
-        /// Network of the map.
-        map: String,
-    },
-    /// In the schedule `streaming` the layers are apart in time.
-    #[error(
-        "map of {map}: schedule streaming, in which layers are apart in time; compile it with \
-         `--schedule held` to compare"
-    )]
-    Streaming {
         /// Network of the map.
         map: String,
     },
@@ -50,6 +43,10 @@ pub enum AgreementError {
 pub struct Comparison {
     float: EemSanPolicy,
     chip: EemSanChipPolicy,
+    /// Steps by which each layer of the chip is behind the float network's.
+    delays: Vec<u64>,
+    /// Spikes of the float network that the chip has yet to make, by layer and step.
+    ahead: Vec<VecDeque<Vec<u32>>>,
     counted: Agreement,
 }
 
@@ -120,9 +117,6 @@ impl Comparison {
     ) -> Result<Self, AgreementError> {
         let not_eem_san = || AgreementError::NotEemSan { map: deployment.network.clone() };
         let chip = EemSanChipPolicy::new(deployment, engine).ok_or_else(not_eem_san)?;
-        if chip.schedule() == Schedule::Streaming {
-            return Err(AgreementError::Streaming { map: deployment.network.clone() });
-        }
         let populations = deployment.map.populations().iter();
         let found: Vec<(&str, usize)> = populations.map(|p| (p.name.as_str(), p.len())).collect();
         let expected = network.layers();
@@ -139,24 +133,46 @@ impl Comparison {
             neurons: neurons as u64,
             ..LayerAgreement::default()
         };
-        let layers = expected.into_iter().map(layer).collect();
+        let layers: Vec<LayerAgreement> = expected.into_iter().map(layer).collect();
+        let (float, delays) = match chip.schedule() {
+            Schedule::Held => (EemSanPolicy::new(network), vec![0; layers.len()]),
+            Schedule::Streaming => (EemSanPolicy::streaming(network), chip.delays()),
+        };
         let counted = Agreement { layers, ..Agreement::default() };
-        Ok(Self { float: EemSanPolicy::new(network), chip, counted })
+        Ok(Self { float, chip, delays, ahead: Vec::new(), counted })
+    }
+
+    /// Steps by which each layer of the chip is behind the float network's; the float network has
+    /// the same delays in what it reads and when it acts. All 0 unless the map streams.
+    pub fn delays(&self) -> &[u64] {
+        &self.delays
     }
 
     /// Both begin a trial with the same random streams.
     pub fn start_trial(&mut self, streams: Streams) {
         self.float.start_trial(streams);
         self.chip.start_trial(streams);
+        let silence = |delay: &u64| VecDeque::from(vec![Vec::new(); *delay as usize]);
+        self.ahead = self.delays.iter().map(silence).collect();
     }
 
-    /// Both decide on the same observation; the action is the float network's.
+    /// Both decide on the same observation; the action is the float network's. A layer of the chip
+    /// that is behind is compared with what the float network's layer did so many steps before.
+    ///
+    /// Panics before a trial.
     pub fn tick(&mut self, observation: &Observation, tick: u64) -> Action {
         let (action, float) = self.float.act_watched(observation, tick);
         let (on_chip, chip) = self.chip.act_watched(observation, tick);
         self.counted.add(&action, &on_chip);
         self.counted.add_states(self.float.dvs_state(), self.chip.dvs_state());
-        self.counted.add_spikes(&float, &chip);
+        assert_eq!(self.ahead.len(), float.len(), "layers of a trial");
+        let layers = self.ahead.iter_mut().zip(float).zip(&chip);
+        let due = layers.map(|((ahead, float), chip)| {
+            ahead.extend(float);
+            ahead.drain(..chip.len()).collect()
+        });
+        let due: LayerSpikes = due.collect();
+        self.counted.add_spikes(&due, &chip);
         action
     }
 

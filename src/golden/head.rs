@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::golden::GoldenError;
+use crate::host::Schedule;
 use crate::world::robot::Actuators;
 
 /// Most decisions or control ticks of a trace.
@@ -30,6 +31,8 @@ pub(super) struct Head {
     pub(super) kind: Kind,
     pub(super) network: String,
     pub(super) policy: String,
+    /// Of an EEM-SAN.
+    pub(super) schedule: Schedule,
     pub(super) seed: u64,
     /// Decisions of a network trace, ticks of a loop trace.
     pub(super) count: u64,
@@ -40,7 +43,7 @@ pub(super) struct Head {
     pub(super) actuators: Actuators,
 }
 
-const KEYS: &str = "network or loop NAME, policy NAME, seed N, decisions or ticks N, driver chip|float, \
+const KEYS: &str = "network or loop NAME, policy NAME, schedule held|streaming, seed N, decisions or ticks N, driver chip|float, \
                     arena NAME, trial N, v_max_mm_per_s N, actuators PRESET, each at most once";
 
 impl Head {
@@ -62,6 +65,7 @@ impl Head {
                 "network",
                 "loop",
                 "policy",
+                "schedule",
                 "seed",
                 "decisions",
                 "ticks",
@@ -96,6 +100,11 @@ impl Lines<'_> {
             "float" => LoopDriver::Float,
             _ => return Err(self.error("driver", "chip or float")),
         };
+        let schedule = match self.get("schedule").map_or("held", |(_, value)| value) {
+            "held" => Schedule::Held,
+            "streaming" => Schedule::Streaming,
+            _ => return Err(self.error("schedule", "held or streaming")),
+        };
         let actuators = self.get("actuators").map_or("ideal", |(_, value)| value);
         let text =
             |key: &str, default: &str| self.get(key).map_or(default, |(_, value)| value).to_owned();
@@ -104,6 +113,7 @@ impl Lines<'_> {
             kind,
             network: network.to_owned(),
             policy: text("policy", "nearest"),
+            schedule,
             seed: self.number("seed", 1, u64::MAX)?,
             count: self.number(counted, 1, COUNT_MAX)?,
             driver,

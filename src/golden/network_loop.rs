@@ -10,10 +10,11 @@ use crate::closed_loop::{Trial, TrialConfig};
 use crate::coding::InputSpikes;
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
+use crate::golden::eem_san;
 use crate::golden::head::{Head, Kind, LoopDriver};
 use crate::golden::small_eem_san;
 use crate::host::{ChipPolicy, DecisionProgram, Deployment};
-use crate::net::{Network, builtin};
+use crate::net::{Controller, Network, builtin};
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::FloatPolicy;
 use crate::rng::{Streams, stream};
@@ -34,9 +35,13 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
     }
     let network_error =
         |source| GoldenError::Network { file: head.file.clone(), source: Box::new(source) };
-    let network = builtin::read(&head.network, None).map_err(network_error)?;
+    let network = match builtin::open(&head.network, None).map_err(network_error)? {
+        Controller::EemSan(network) => return eem_san::run_all(head, &network),
+        Controller::Described(network) => network,
+    };
     if head.kind == Kind::Loop && head.driver == LoopDriver::Float {
-        let lines = run_loop(head, &mut FloatPolicy::new(&network), network.steps)?;
+        let mut policy = FloatPolicy::new(&network);
+        let lines = run_loop(head, &TrialConfig::san(), &mut Silent(&mut policy), network.steps)?;
         return Ok(vec![("float".to_owned(), lines)]);
     }
     let deployment = compile(head, &network)?;
@@ -47,7 +52,8 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
             Kind::Network => run_decisions(head, &program, engine.as_mut()),
             Kind::Loop => {
                 let policy = ChipPolicy::new(&deployment, engine);
-                run_loop(head, &mut policy.expect("it has a program"), network.steps)?
+                let mut policy = policy.expect("it has a program");
+                run_loop(head, &TrialConfig::san(), &mut Silent(&mut policy), network.steps)?
             }
         };
         runs.push((name.to_owned(), lines));
@@ -91,8 +97,35 @@ fn random_input(
     (0..program.steps).map(|_| step()).collect()
 }
 
-/// Control ticks of one trial, a line each: pose, speeds, nearest range, action.
-fn run_loop(head: &Head, policy: &mut dyn Policy, steps: u32) -> Result<Vec<String>, GoldenError> {
+/// Who drives in a loop.
+pub(super) trait Pilot {
+    fn start_trial(&mut self, streams: Streams);
+
+    /// The action, and what there is to say about the tick beside it.
+    fn act(&mut self, observation: &Observation, tick: u64) -> (Action, Vec<String>);
+}
+
+/// A driver with nothing to say.
+struct Silent<'a>(&'a mut dyn Policy);
+
+impl Pilot for Silent<'_> {
+    fn start_trial(&mut self, streams: Streams) {
+        self.0.start_trial(streams);
+    }
+
+    fn act(&mut self, observation: &Observation, tick: u64) -> (Action, Vec<String>) {
+        (self.0.act(observation, tick), Vec::new())
+    }
+}
+
+/// Control ticks of one trial: a line each with pose, speeds, nearest range and action, then what
+/// the pilot says. Speed and actuators of `config` are the head's.
+pub(super) fn run_loop(
+    head: &Head,
+    config: &TrialConfig,
+    pilot: &mut dyn Pilot,
+    steps: u32,
+) -> Result<Vec<String>, GoldenError> {
     let file = || head.file.clone();
     let setting = |message: String| GoldenError::Setting { file: file(), message };
     let arena = Arena::open(&head.arena)
@@ -105,20 +138,21 @@ fn run_loop(head: &Head, policy: &mut dyn Policy, steps: u32) -> Result<Vec<Stri
     let config = TrialConfig {
         wheel_speed_m_per_s_max: head.v_max_mm_per_s as f64 / 1000.0,
         actuators: head.actuators,
-        ..TrialConfig::san()
+        ..config.clone()
     };
     let streams = Streams::new(head.seed, head.trial);
     let mut trial = Trial::new(&world, pair.start, pair.goal, &config, streams)
         .map_err(|e| setting(e.to_string()))?;
-    policy.start_trial(streams);
+    pilot.start_trial(streams);
     let mut lines = Vec::new();
     for tick in 0..head.count {
         if trial.end().is_some() {
             break;
         }
         let observation = trial.observe();
-        let action = policy.act(&observation, tick);
+        let (action, said) = pilot.act(&observation, tick);
         lines.push(tick_line(tick, &trial, &observation, action, steps));
+        lines.extend(said);
         trial.drive(action);
     }
     lines.push(format!("end {:?}", trial.end()));

@@ -11,12 +11,10 @@ use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::Head;
 use crate::golden::network_loop::Run;
-use crate::host::{Deployment, EemSanChipPolicy, Schedule};
+use crate::host::{Deployment, EemSanChipPolicy};
 use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL, ROBOT_STATE};
 use crate::net::{ConvLayer, EemSan, EventEncoder, Layer, PopulationBranch, Readout};
-use crate::policy::{
-    EventFrame, FRAME_COLUMNS, FRAME_ROWS, LASER_SECTORS, Observation, Policy as _,
-};
+use crate::policy::{EventFrame, FRAME_COLUMNS, Observation, Policy as _};
 use crate::rng::{Draw, Streams, stream};
 
 /// Name of the network in traces.
@@ -38,8 +36,8 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
     let network = network(&mut Streams::new(head.seed, 0).at(stream::STIMULUS, 0));
-    let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
-    let deployment = Deployment::compile_eem_san(&network, &policy, &chip, None, schedule)
+    let chip = ChipSpec::loihi1();
+    let deployment = Deployment::compile_eem_san(&network, &policy, &chip, None, head.schedule)
         .map_err(compile_error)?;
     let run = |(name, engine): (&str, Box<dyn Engine>)| {
         (name.to_owned(), run_ticks(head, &deployment, engine))
@@ -59,7 +57,9 @@ fn run_ticks(head: &Head, deployment: &Deployment, engine: Box<dyn Engine>) -> V
             policy.start_trial(Streams::new(head.seed, tick));
         }
         let mut draw = Streams::new(head.seed, 1).at(stream::STIMULUS, tick);
-        let action = policy.act(&observation(&mut draw), tick);
+        let frames = (0..FRAMES_PER_TICK).map(|_| EventFrame::random(&mut draw, EVENTS));
+        let frames = frames.collect();
+        let action = policy.act(&Observation::random(&mut draw, frames), tick);
         let count = |rate: f64| libm::round(rate * 5.0) as i64;
         let (left, right) = (count(action.left), count(action.right));
         push(format!("tick={tick:04} left={left:02} right={right:02}"));
@@ -122,27 +122,6 @@ impl Engine for Observed {
 
     fn count_host_reads(&mut self, n: u64) {
         self.engine.count_host_reads(n);
-    }
-}
-
-fn observation(draw: &mut Draw) -> Observation {
-    let mut laser_m = [0.0; LASER_SECTORS];
-    laser_m.iter_mut().for_each(|range| *range = draw.uniform_in(0.3, 3.0));
-    let mut frames = vec![EventFrame::default(); FRAMES_PER_TICK];
-    for frame in &mut frames {
-        for _ in 0..EVENTS {
-            let (x, y) = (draw.below(FRAME_COLUMNS as u64), draw.below(FRAME_ROWS as u64));
-            frame.set(x as usize, y as usize);
-        }
-    }
-    Observation {
-        goal_direction_rad: draw.uniform_in(-1.0, 1.0),
-        goal_distance_m: draw.uniform_in(0.3, 5.0),
-        linear_m_per_s: 0.3,
-        angular_rad_per_s: 0.1,
-        laser_m,
-        wheel_speed_m_per_s_max: 0.5,
-        frames,
     }
 }
 

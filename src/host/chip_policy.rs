@@ -16,6 +16,8 @@ pub struct ChipUse {
     pub decisions: u64,
     /// Everything, all steps, host operations included.
     pub counts: OpCounts,
+    /// What each core did, in core order; barriers and host operations are in none.
+    pub by_core: Vec<OpCounts>,
     /// What cores did within their own population's decision window: the operations of
     /// Algorithm 1, without what idle and trailing steps add.
     pub windowed: OpCounts,
@@ -57,6 +59,9 @@ impl std::ops::AddAssign<&ChipUse> for ChipUse {
     fn add_assign(&mut self, other: &ChipUse) {
         self.decisions += other.decisions;
         self.counts += &other.counts;
+        let cores = self.by_core.len().max(other.by_core.len());
+        self.by_core.resize(cores, OpCounts::default());
+        self.by_core.iter_mut().zip(&other.by_core).for_each(|(sum, one)| *sum += one);
         self.windowed += &other.windowed;
         self.encoder += &other.encoder;
         self.host += &other.host;
@@ -184,6 +189,7 @@ impl ChipPolicy {
         ChipUse {
             decisions: self.decisions,
             counts: self.engine.total_counts(),
+            by_core: self.engine.core_counts(),
             windowed: self.windowed,
             encoder: OpCounts::default(),
             host: self.host,

@@ -13,6 +13,7 @@ use thiserror::Error;
 use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
 use crate::compile::{CompileError, IntegerGraph, Policy, place, quantize_eem_san};
+use crate::cost::Shape;
 use crate::host::eem_san_program::{EemSanProgram, Schedule};
 use crate::net::integer::IntegerNet;
 use crate::net::{EemSan, MAP_LABEL, Network, RateEncoder};
@@ -180,6 +181,11 @@ impl Deployment {
     /// Whether it takes the frames of an event camera.
     pub fn takes_frames(&self) -> bool {
         self.eem_san.as_ref().is_some_and(|program| program.encoder.is_some())
+    }
+
+    /// Sizes of an EEM-SAN's layers; `None` of anything else.
+    pub fn eem_san_shape(&self) -> Option<Shape> {
+        self.eem_san.as_ref().and_then(|program| program.shape(&self.map))
     }
 
     /// Places an integer network.

@@ -85,6 +85,11 @@ impl EemSanChipPolicy {
         self.program.schedule
     }
 
+    /// Steps by which the populations are behind when it streams ([`EemSanProgram::delays`]).
+    pub fn delays(&self) -> Vec<u64> {
+        self.program.delays()
+    }
+
     /// Whether it takes the frames of an event camera.
     pub fn takes_frames(&self) -> bool {
         self.program.encoder.is_some()
@@ -256,6 +261,7 @@ impl EemSanChipPolicy {
     pub fn chip_use(&self) -> ChipUse {
         ChipUse {
             counts: self.engine.total_counts(),
+            by_core: self.engine.core_counts(),
             time_ps: self.engine.chip_time_ps().to_vec(),
             ..self.used.clone()
         }

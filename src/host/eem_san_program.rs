@@ -26,10 +26,11 @@ use serde::{Deserialize, Serialize};
 use crate::coding::InputSpikes;
 use crate::compile::eem_san::{DVS_PORT, LASER_PORT, PIXEL_PORT, QuantizedEemSan};
 use crate::compile::quantize::BIAS_PORT;
+use crate::cost::{ConvShape, DenseShape, Shape};
 use crate::net::eem_san::{
     EemSan, FRAMES_PER_TICK, PopulationBranch, ROBOT_STATE, Readout, gaussian_activity,
 };
-use crate::policy::{EventFrame, FRAME_PIXELS};
+use crate::policy::{EventFrame, FRAME_COLUMNS, FRAME_PIXELS};
 
 /// Most steps of a phase, and most neurons per dimension of a code.
 const STEPS_MAX: u32 = 1 << 16;
@@ -259,6 +260,15 @@ impl EemSanProgram {
         u64::from(self.steps) + u64::from(window.start)
     }
 
+    /// Chip steps by which each population is behind the host in an episode that streams: its
+    /// spikes in step `s` are those of Algorithm 1 in step `s` less so many, counted from the
+    /// first frame (encoder) or from the first tick's decision (the others).
+    pub fn delays(&self) -> Vec<u64> {
+        let encoder = self.encoder.iter().flat_map(|phase| &phase.layers);
+        let encoder = encoder.map(|window| u64::from(window.start));
+        encoder.chain(self.decision.iter().map(|window| self.streamed_start(window))).collect()
+    }
+
     fn biases<'a>(
         &'a self,
         windows: &'a [Window],
@@ -272,6 +282,35 @@ impl EemSanProgram {
     /// Codes in the order of the branches.
     pub fn codes(&self) -> impl Iterator<Item = &CodedPort> {
         [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten()
+    }
+
+    /// Sizes of the network's layers, from those of `map`'s populations; `None` without an encoder.
+    pub fn shape(&self, map: &CoreMap) -> Option<Shape> {
+        let (phase, dvs) = self.encoder.as_ref().zip(self.dvs.as_ref())?;
+        let [laser, fused, layers @ ..] = self.decision.as_slice() else { return None };
+        let neurons = |w: &Window| map.populations()[w.population as usize].len() as u64;
+        let (mut encoder, mut inputs, mut side) = (Vec::new(), 1, FRAME_COLUMNS as u64);
+        for window in &phase.layers {
+            let outputs = neurons(window) / ((side / 2) * (side / 2)).max(1);
+            encoder.push(ConvShape { inputs, outputs, side });
+            (inputs, side) = (outputs, (side / 2).max(1));
+        }
+        let dense =
+            |inputs: usize, w: &Window| DenseShape { inputs: inputs as u64, outputs: neurons(w) };
+        let mut inputs = neurons(laser);
+        let layer = |w: &Window| {
+            let outputs = neurons(w);
+            DenseShape { inputs: std::mem::replace(&mut inputs, outputs), outputs }
+        };
+        let outputs = phase.readout.bias.len() as u64;
+        Some(Shape {
+            readout: DenseShape { inputs: encoder.last().map_or(0, ConvShape::neurons), outputs },
+            encoder,
+            branches: [dense(self.laser.mean.len(), laser), dense(dvs.mean.len(), fused)],
+            decision: layers.iter().map(layer).collect(),
+            frames: u64::from(phase.frames),
+            steps: u64::from(self.steps),
+        })
     }
 
     /// What does not go with `map`, in words.

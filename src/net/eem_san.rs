@@ -186,6 +186,20 @@ impl EemSan {
         })
     }
 
+    /// Newest event frames that the DVS state lacks on a chip that streams: each layer of the
+    /// encoder is a frame behind the one before it, the first behind the host.
+    pub fn streamed_frames(&self) -> usize {
+        self.encoder.as_ref().map_or(0, |encoder| encoder.layers.len())
+    }
+
+    /// Control ticks between an observation and its action on a chip that streams: one until the
+    /// codes are injected, and those until the window of the last layer is over.
+    pub fn streamed_ticks(&self) -> usize {
+        let steps = self.steps as usize;
+        // The codes come after one tick, the last window begins a step per layer later.
+        (2 * steps + 1 + self.decision.len()).div_ceil(steps) - 1
+    }
+
     /// Name and neurons of every layer: encoder, branches, decision module.
     pub fn layers(&self) -> Vec<(&str, usize)> {
         let encoder = self.encoder.iter().flat_map(|encoder| &encoder.layers);

@@ -1,5 +1,7 @@
 //! What an event camera hands to a controller: which pixels saw a change.
 
+use crate::rng::Draw;
+
 /// Columns of an event frame.
 pub const FRAME_COLUMNS: usize = 128;
 
@@ -32,6 +34,16 @@ impl core::fmt::Debug for EventFrame {
 }
 
 impl EventFrame {
+    /// A frame with `events` random pixels marked, some of them more than once.
+    pub fn random(draw: &mut Draw, events: usize) -> Self {
+        let mut frame = Self::default();
+        for _ in 0..events {
+            let (x, y) = (draw.below(FRAME_COLUMNS as u64), draw.below(FRAME_ROWS as u64));
+            frame.set(x as usize, y as usize);
+        }
+        frame
+    }
+
     /// Whether column `x`, row `y` had an event. Panics outside of the picture.
     pub fn get(&self, x: usize, y: usize) -> bool {
         let pixel = pixel(x, y);

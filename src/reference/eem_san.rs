@@ -1,5 +1,7 @@
 //! EEM-SAN in 32-bit floats (Algorithm 1), as a driver.
 
+use std::collections::VecDeque;
+
 use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_state};
 use crate::net::eem_san::{EemSan, FRAMES_PER_TICK, PopulationBranch};
 use crate::policy::{Action, Observation, Policy};
@@ -71,6 +73,33 @@ pub struct EemSanPolicy {
     decision: FloatDecision,
     streams: Streams,
     dvs_state: Vec<f32>,
+    late: Option<Late>,
+}
+
+/// What a policy with the delays of a chip that streams has under way.
+#[derive(Debug, Clone, Default)]
+struct Late {
+    /// DVS states after the latest frames, oldest first, the state at rest before the first.
+    states: VecDeque<Vec<f32>>,
+    /// Actions of the latest ticks, oldest first.
+    actions: VecDeque<Action>,
+}
+
+impl Late {
+    fn new(network: &EemSan, encoder: Option<&FloatEncoder>) -> Self {
+        let rest = encoder.map_or_else(Vec::new, FloatEncoder::resting_state);
+        let stand = Action { left: 0.0, right: 0.0 };
+        Self {
+            states: VecDeque::from(vec![rest; network.streamed_frames()]),
+            actions: VecDeque::from(vec![stand; network.streamed_ticks()]),
+        }
+    }
+}
+
+/// Puts `new` at the end and takes the oldest.
+fn shift<T>(line: &mut VecDeque<T>, new: T) -> T {
+    line.push_back(new);
+    line.pop_front().expect("one was added")
 }
 
 impl EemSanPolicy {
@@ -82,6 +111,23 @@ impl EemSanPolicy {
             network: network.clone(),
             streams: Streams::new(0, 0),
             dvs_state: Vec::new(),
+            late: None,
+        }
+    }
+
+    /// The same with the delays of a chip in the schedule `streaming`: the DVS state lacks the
+    /// newest [`EemSan::streamed_frames`] frames, and the action of a tick is that of the
+    /// observation [`EemSan::streamed_ticks`] ticks before, at first none (the wheels stand).
+    pub fn streaming(network: &EemSan) -> Self {
+        let policy = Self::new(network);
+        Self { late: Some(Late::new(network, policy.encoder.as_ref())), ..policy }
+    }
+
+    /// The action that drives now, of the one decided now.
+    fn delayed(&mut self, action: Action) -> Action {
+        match &mut self.late {
+            Some(late) => shift(&mut late.actions, action),
+            None => action,
         }
     }
 
@@ -100,7 +146,8 @@ impl EemSanPolicy {
         self.encoder.is_some()
     }
 
-    /// [`Policy::act`], and the spikes of every layer: encoder, branches, decision module.
+    /// [`Policy::act`], and the spikes of every layer: encoder, branches, decision module. They are
+    /// those of this observation, also when the action is that of an earlier one.
     ///
     /// Panics as `act` does.
     pub fn act_watched(&mut self, observation: &Observation, tick: u64) -> (Action, LayerSpikes) {
@@ -115,7 +162,8 @@ impl EemSanPolicy {
             let spiking = of_step.iter().enumerate().filter(|(_, spike)| **spike);
             spikes[before + layer].push(spiking.map(|(neuron, _)| neuron as u32).collect());
         });
-        (decode(&decision.output_counts, self.network.steps), spikes)
+        let action = decode(&decision.output_counts, self.network.steps);
+        (self.delayed(action), spikes)
     }
 
     /// Spikes into every branch; `stepped` sees the encoder after each frame.
@@ -134,8 +182,13 @@ impl EemSanPolicy {
             for frame in frames {
                 encoder.step(frame);
                 stepped(encoder);
+                if let Some(late) = &mut self.late {
+                    self.dvs_state = shift(&mut late.states, encoder.state());
+                }
             }
-            self.dvs_state = encoder.state();
+            if self.late.is_none() {
+                self.dvs_state = encoder.state();
+            }
             inputs.push(self.spikes(dvs, &self.dvs_state, stream::DVS_POPULATION, tick));
         }
         inputs
@@ -159,12 +212,15 @@ impl Policy for EemSanPolicy {
         if let Some(encoder) = &mut self.encoder {
             encoder.reset();
         }
+        let late = self.late.as_ref();
+        self.late = late.map(|_| Late::new(&self.network, self.encoder.as_ref()));
     }
 
     /// Panics when the network has an encoder and the observation not five frames: whoever starts
     /// the trial gives it a camera.
     fn act(&mut self, observation: &Observation, tick: u64) -> Action {
         let inputs = self.inputs(observation, tick, &mut |_| ());
-        decode(&self.decision.decide(&inputs).output_counts, self.network.steps)
+        let action = decode(&self.decision.decide(&inputs).output_counts, self.network.steps);
+        self.delayed(action)
     }
 }

@@ -71,6 +71,11 @@ impl FloatEncoder {
         self.readout.apply(&voltages)
     }
 
+    /// The DVS state at the start of an episode: all voltages 0.
+    pub fn resting_state(&self) -> Vec<f32> {
+        self.readout.apply(&vec![0.0; self.layers.last().map_or(0, |layer| layer.voltage.len())])
+    }
+
     /// Neurons of each layer that spiked in the last step, rising, channel by channel.
     pub fn spiking(&self) -> Vec<Vec<u32>> {
         let of = |layer: &Layer| {

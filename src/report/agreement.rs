@@ -1,5 +1,7 @@
 //! Chip beside float network, layer by layer: what `agree` found.
 
+use std::collections::BTreeMap;
+
 use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 
@@ -15,12 +17,21 @@ pub struct AgreementResult {
     pub network: String,
     /// SHA-256 of the core map.
     pub map_digest: String,
+    /// Decisions that the chip made.
+    #[serde(default)]
+    pub decisions: u64,
+    /// What each core did, in core order: the counters that are not 0.
+    #[serde(default)]
+    pub counters_by_core: Vec<BTreeMap<String, u64>>,
     /// The arena as it was typed.
     pub arena: String,
     /// Seed of the random streams.
     pub seed: u64,
     /// Trials flown to fill the ticks.
     pub trials: usize,
+    /// By how many chip steps each layer is compared later than on the float network.
+    #[serde(default)]
+    pub delays_steps: Vec<u64>,
     /// What was counted.
     pub agreement: Agreement,
 }

@@ -1,10 +1,12 @@
-//! A picture of the chip as SVG: its tiles and cores, coloured by layer and by use of memory.
+//! A picture of the chip as SVG: its tiles and cores, coloured by layer, by use of memory and by
+//! what they did in a run.
 
 use std::fmt::Write;
 
 use hw_model::core_map::CoreUse;
 use hw_model::spec::Mesh;
 
+use crate::report::activity::CoreActivity;
 use crate::report::chip_plan::ChipPlan;
 use crate::report::plot::escape;
 
@@ -20,33 +22,72 @@ const COLOURS: [&str; 12] = [
     "#994455", "#997700", "#6699cc", "#bbbbbb",
 ];
 
-/// Both views side by side, with a legend of layers below.
-pub fn chip_picture(plan: &ChipPlan) -> String {
+/// How a view colours its cores.
+enum View<'a> {
+    Layer,
+    Memory,
+    Activity(&'a CoreActivity),
+}
+
+impl View<'_> {
+    fn title(&self, plan: &ChipPlan) -> String {
+        match self {
+            View::Layer => {
+                let (name, chip) = (escape(&plan.network), escape(&plan.chip));
+                let cores = plan.cores;
+                format!("{name} on {chip}: {} of {} cores, by layer", cores.used, cores.limit)
+            }
+            View::Memory => "synapse memory in use, white 0 % to dark 100 %".to_owned(),
+            View::Activity(activity) => format!(
+                "synaptic operations per {}, white 0 to dark {:.0}",
+                activity.unit(),
+                activity.most()
+            ),
+        }
+    }
+
+    fn colour(&self, used: &CoreUse, plan: &ChipPlan, core: u16) -> String {
+        match self {
+            View::Layer => layer_colour(plan, core).to_owned(),
+            View::Memory => {
+                let words = used.synapse_words;
+                shade(words.used as f64 / words.limit.max(1) as f64)
+            }
+            View::Activity(activity) => {
+                shade(activity.synaptic_ops(usize::from(core)) / activity.most().max(1e-9))
+            }
+        }
+    }
+}
+
+/// All views side by side, with a legend of layers below; a view of the activity when there is
+/// one, which must be of the same map.
+pub fn chip_picture(plan: &ChipPlan, activity: Option<&CoreActivity>) -> String {
     let layout = Layout::new(&plan.mesh);
+    let views = [View::Layer, View::Memory].into_iter().chain(activity.map(View::Activity));
+    let views: Vec<View> = views.collect();
     let legend_px = LINE_PX * (plan.populations.len() as u32 + 1);
-    let (width, height) =
-        (2 * layout.width + 3 * MARGIN_PX, TITLE_PX + layout.height + legend_px + 2 * MARGIN_PX);
+    let across = views.len() as u32;
+    let (width, height) = (
+        across * layout.width + (across + 1) * MARGIN_PX,
+        TITLE_PX + layout.height + legend_px + 2 * MARGIN_PX,
+    );
     let mut svg = String::new();
     let _ = write!(
         svg,
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
     );
-    let (name, chip, cores) = (escape(&plan.network), escape(&plan.chip), plan.cores);
-    let titles = [
-        format!("{name} on {chip}: {} of {} cores, by layer", cores.used, cores.limit),
-        "synapse memory in use, white 0 % to dark 100 %".to_owned(),
-    ];
-    for (view, title) in titles.iter().enumerate() {
-        let left = MARGIN_PX + view as u32 * (layout.width + MARGIN_PX);
-        let _ = write!(svg, r#"<text x="{left}" y="24">{title}</text>"#);
+    for (index, view) in views.iter().enumerate() {
+        let left = MARGIN_PX + index as u32 * (layout.width + MARGIN_PX);
+        let _ = write!(svg, r#"<text x="{left}" y="24">{}</text>"#, view.title(plan));
         for core in 0..plan.cores.limit as u16 {
-            let used = plan.utilization.get(usize::from(core));
-            let colour = match (used, view) {
-                (None, _) => UNUSED.to_owned(),
-                (Some(_), 0) => layer_colour(plan, core).to_owned(),
-                (Some(used), _) => shade(used),
+            let Some(used) = plan.utilization.get(usize::from(core)) else {
+                let title = format!("core {core}: not in use");
+                layout.core(&mut svg, core, [left, TITLE_PX], UNUSED, &title);
+                continue;
             };
-            let title = used.map_or_else(|| format!("core {core}: not in use"), about);
+            let did = activity.map_or_else(String::new, |a| a.about(usize::from(core)));
+            let (colour, title) = (view.colour(used, plan, core), about(used) + &did);
             layout.core(&mut svg, core, [left, TITLE_PX], &colour, &title);
         }
     }
@@ -55,7 +96,7 @@ pub fn chip_picture(plan: &ChipPlan) -> String {
     svg
 }
 
-/// Cores as light as their share of the busiest one's `counts`, on a scale of powers.
+/// Cores as strong as the root of their share of the busiest one's `counts`.
 pub fn activity_picture(plan: &ChipPlan, counts: &[u64]) -> String {
     let [width, height] = cores_size(plan);
     let (width, height) = (width + 2 * MARGIN_PX, height + TITLE_PX + MARGIN_PX);
@@ -68,9 +109,9 @@ pub fn activity_picture(plan: &ChipPlan, counts: &[u64]) -> String {
     svg
 }
 
-/// The cores alone with the top left corner at `corner`, as light as [`activity_picture`] has them.
+/// The cores alone with the top left corner at `corner`, as strong as [`activity_picture`] has them.
 pub(super) fn glowing_cores(svg: &mut String, plan: &ChipPlan, corner: [u32; 2], counts: &[u64]) {
-    let scale = |n: u64| libm::log2(1.0 + n as f64);
+    let scale = |n: u64| libm::sqrt(n as f64);
     let most = counts.iter().copied().max().map_or(1.0, scale).max(1.0);
     let layout = Layout::new(&plan.mesh);
     for core in 0..plan.cores.limit as u16 {
@@ -141,10 +182,9 @@ pub(super) fn colour_of(layer: usize) -> &'static str {
     COLOURS[layer % COLOURS.len()]
 }
 
-/// White to dark blue by the share of synapse memory.
-fn shade(used: &CoreUse) -> String {
-    let share =
-        (used.synapse_words.used.saturating_mul(200) / used.synapse_words.limit.max(1)).min(200);
+/// White to dark blue by a share, 0 to 1.
+fn shade(share: f64) -> String {
+    let share = (share.clamp(0.0, 1.0) * 200.0) as u64;
     format!("rgb({},{},{})", 255 - share, 255 - share * 3 / 4, 255 - share / 3)
 }
 

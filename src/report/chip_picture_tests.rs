@@ -17,14 +17,18 @@ population b core=000 cx=0001..0002
 population b core=001 cx=0001..0002
 ";
 
-fn plan() -> ChipPlan {
+fn map() -> CoreMap {
     let parts = CoreMapParts::from_text("p", TEXT, ChipSpec::loihi1()).unwrap();
-    ChipPlan::of_map("n&m", "integer", &CoreMap::new(parts).unwrap())
+    CoreMap::new(parts).unwrap()
+}
+
+fn plan() -> ChipPlan {
+    ChipPlan::of_map("n&m", "integer", &map())
 }
 
 #[test]
 fn every_core_is_drawn_in_both_views_with_the_colour_of_its_layer() {
-    let svg = chip_picture(&plan());
+    let svg = chip_picture(&plan(), None);
     assert_eq!(svg.matches("<title>").count(), 2 * 128);
     assert_eq!(svg.matches(": not in use</title>").count(), 2 * 125);
     assert!(svg.contains("n&amp;m on loihi1: 3 of 128 cores"), "{svg}");
@@ -62,4 +66,22 @@ fn plans_that_cannot_be_drawn_are_refused() {
         damage(&mut plan);
         assert!(plan.check().unwrap_err().contains(part), "{:?}", plan.check());
     }
+}
+
+#[test]
+fn a_third_view_shows_what_each_core_did() {
+    let map = map();
+    let saved = format!(
+        r#"{{"map_digest": "{}", "steps": 4, "counters_by_core":
+            [{{"synaptic_ops_dense": 40, "updates_spiking": 4}}, {{"synaptic_ops_kernel": 20}}, {{}}]}}"#,
+        map.digest()
+    );
+    let activity = CoreActivity::from_json("run.json", &saved, &map).unwrap();
+    let svg = chip_picture(&plan(), Some(&activity));
+    assert_eq!(svg.matches("<title>").count(), 3 * 128);
+    assert!(svg.contains("synaptic operations per chip step, white 0 to dark 10<"), "{svg}");
+    assert!(svg.contains("; per chip step 10.0 synaptic operations, 1.0 spikes, 0.0 messages<"));
+    // Core 0 is the busiest, core 1 half as busy.
+    assert_eq!(svg.matches(&shade(1.0)).count(), 1);
+    assert_eq!(svg.matches(&shade(0.5)).count(), 1);
 }

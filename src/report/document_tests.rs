@@ -6,9 +6,12 @@ fn agreement() -> AgreementResult {
         revision: "r1".to_owned(),
         network: "a<b>&\"n".to_owned(),
         map_digest: "abc".to_owned(),
+        decisions: 3,
+        counters_by_core: Vec::new(),
         arena: "map1".to_owned(),
         seed: 1,
         trials: 2,
+        delays_steps: vec![0],
         agreement: Agreement { action_difference_sum: 0.1, ..Agreement::default() },
     }
 }

@@ -216,7 +216,7 @@
   }
 
   function drawChip(view, ink, plan, layout, counts, most) {
-    const { pen } = view, scale = (n) => Math.log2(1 + n) / Math.log2(2 + most);
+    const { pen } = view, scale = (n) => Math.sqrt(n / Math.max(most, 1));
     pen.clearRect(0, 0, view.width, view.height);
     layout.places.forEach(([x, y], core) => {
       const used = core < plan.utilization.length;
@@ -264,13 +264,14 @@
         pen.drawImage(this.sheet, this.steps * first, 0, this.steps * shown, this.rows,
           left, 0, width * shown / WINDOW_TICKS, view.height);
       }
-      let above = 0;
+      let above = 0, free = 0; // names of small layers are pushed apart
       pen.font = "10px sans-serif";
       this.replay.layers.forEach((layer, index) => {
         if (layer.steps === 0) return;
         pen.fillStyle = layerColour(index);
-        const y = view.height * (above + layer.neurons / 2) / this.rows;
-        pen.fillText(layer.name, 0, y + 3);
+        const y = Math.max(view.height * (above + layer.neurons / 2) / this.rows + 3, free);
+        free = y + 10;
+        pen.fillText(layer.name, 0, Math.min(y, view.height - 1));
         above += layer.neurons;
       });
     }

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::{Outcome, TrialConfig};
+use crate::cost::{Ops, artificial_ops};
 use crate::evaluate::{Driver, Flown};
-use crate::host::ChipUse;
+use crate::host::{ChipUse, Deployment};
 use crate::world::World;
 use crate::world::dvs::CameraConfig;
 use crate::world::geometry::Shape;
@@ -232,6 +233,10 @@ pub struct DriverResult {
     pub summary: Summary,
     /// Decisions per second of wall-clock time, the world included; differs from run to run.
     pub decisions_per_s: f64,
+    /// What each core did in all trials, in core order: the counters that are not 0. Empty when no
+    /// chip drove.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub counters_by_core: Vec<BTreeMap<String, u64>>,
     /// Every trial.
     pub trials: Vec<TrialResult>,
 }
@@ -319,6 +324,15 @@ impl CostTableNote {
     }
 }
 
+/// Counters that are not 0, core by core.
+pub fn counters_by_core(used: &ChipUse) -> Vec<BTreeMap<String, u64>> {
+    let counted = |counts: &hw_model::OpCounts| {
+        let named = counts.named().into_iter().filter(|(_, n)| *n > 0);
+        named.map(|(name, n)| (name.to_owned(), n)).collect()
+    };
+    used.by_core.iter().map(counted).collect()
+}
+
 impl ChipResult {
     /// Prices what `used` counts by every cost table of the chip of `map`.
     pub fn new(used: &ChipUse, map: &CoreMap) -> Self {
@@ -371,6 +385,10 @@ pub struct Summary {
     pub decisions: u64,
     /// What the chip did in all trials.
     pub chip: Option<ChipResult>,
+    /// Operations that the artificial counterpart of a compiled EEM-SAN would do per decision: row
+    /// (iv) of Table 5, accounting `exact`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub artificial: Option<Ops>,
 }
 
 impl DriverResult {
@@ -385,7 +403,9 @@ impl DriverResult {
             .iter()
             .filter_map(|f| f.chip.as_ref())
             .for_each(|one| *used.get_or_insert_default() += one);
-        let summary = Summary::new(flown, price(&used));
+        let shape = driver.deployment().and_then(Deployment::eem_san_shape);
+        let artificial = shape.as_ref().map(artificial_ops);
+        let summary = Summary { artificial, ..Summary::new(flown, price(&used)) };
         Self {
             label: driver.label.clone(),
             seed,
@@ -394,6 +414,7 @@ impl DriverResult {
             camera: driver.needs_camera(),
             cost_tables: map.map_or_else(Vec::new, |map| CostTableNote::all(map)),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
+            counters_by_core: used.as_ref().map_or_else(Vec::new, counters_by_core),
             summary,
             trials: flown.iter().map(|f| TrialResult::new(f, price(&f.chip))).collect(),
         }
@@ -432,6 +453,7 @@ impl Summary {
             time_s_mean: mean(|f| f.outcome.time_s),
             decisions: flown.iter().map(|f| f.outcome.decisions).sum(),
             chip,
+            artificial: None,
         }
     }
 }

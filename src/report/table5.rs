@@ -4,7 +4,7 @@ use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 
 use crate::cost::{
-    ADDITION_PJ, Activity, Counts, MULTIPLICATION_PJ, Modules, Ops, PRINTED, RATIOS, Row, Shape,
+    Activity, ArithmeticTable, Counts, Modules, Ops, PRINTED, RATIOS, Row, Shape,
     implied_decision_rate, implied_encoder_rate,
 };
 use crate::report::tables::plain;
@@ -94,6 +94,9 @@ pub struct Rate {
 /// Energy of arithmetic alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArithmeticPrices {
+    /// Name of the table of prices.
+    #[serde(default)]
+    pub name: String,
     /// Of an addition (pJ).
     pub addition: f64,
     /// Of a multiplication (pJ).
@@ -103,13 +106,11 @@ pub struct ArithmeticPrices {
 }
 
 impl ArithmeticPrices {
-    /// 45 nm.
-    pub fn horowitz() -> Self {
-        Self {
-            addition: ADDITION_PJ,
-            multiplication: MULTIPLICATION_PJ,
-            source: "45 nm, 32-bit floats; Horowitz, ISSCC 2014".to_owned(),
-        }
+    /// Of 32-bit floats.
+    pub fn float32() -> Self {
+        let ArithmeticTable { name, source, multiplication_pj, addition_pj } =
+            ArithmeticTable::float32();
+        Self { name, source, addition: addition_pj, multiplication: multiplication_pj }
     }
 }
 
@@ -290,8 +291,9 @@ impl Table5Result {
     pub fn energy_line(&self) -> String {
         let p = &self.energy_pj;
         format!(
-            "energy: {} pJ per addition or AC and {} pJ per multiplication, so {:.1} pJ per MAC \
-             ({}); arithmetic alone, without memory, and not what the chip takes",
+            "energy by {}: {} pJ per addition or AC and {} pJ per multiplication, so {:.1} pJ per \
+             MAC ({}); without memory, and not what the chip takes",
+            p.name,
             p.addition,
             p.multiplication,
             p.addition + p.multiplication,

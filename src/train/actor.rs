@@ -197,10 +197,9 @@ impl ActorTraining {
         let n = worlds.len() as u64;
         let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
             let streams = Streams::new(self.config.seed, (2 << 32) + self.round * n + index as u64);
-            let encoder = self.encoder.clone();
+            let sight = (self.encoder.clone(), self.config.delays());
             let distance_m = phase.rooms.distance_m_min;
-            let mut flight =
-                Flight::new((world, terrain), &self.trial, distance_m, encoder, streams);
+            let mut flight = Flight::new((world, terrain), &self.trial, distance_m, sight, streams);
             flight.reward_contact = self.config.reward_contact;
             flight
         };

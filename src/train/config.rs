@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use crate::closed_loop::{ConfigError, TrialConfig};
 use crate::nn::{ActorShape, HsvaeShape};
+use crate::train::flight::Delays;
 use crate::train::rooms::RoomRules;
 use crate::world::dvs::CameraConfig;
 use crate::world::robot::Actuators;
@@ -129,6 +130,14 @@ pub struct ActorConfig {
     pub reward_steps: usize,
     /// Reward for contact: -20 in the plain recipe.
     pub reward_contact: f32,
+    /// Control ticks between an observation and its action: 0, and 2 on a chip that streams
+    /// ([`crate::net::EemSan::streamed_ticks`]).
+    #[serde(default)]
+    pub action_delay_ticks: usize,
+    /// Newest event frames that the DVS state lacks: 0, and 4 on a chip that streams
+    /// ([`crate::net::EemSan::streamed_frames`]).
+    #[serde(default)]
+    pub readout_delay_frames: usize,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
 }
@@ -257,6 +266,8 @@ impl ActorConfig {
         range(file, "tau", f64::from(config.tau), 0.0, 1.0)?;
         range(file, "reward_steps", config.reward_steps as f64, 1.0, 200.0)?;
         range(file, "reward_contact", f64::from(config.reward_contact), -1e4, 0.0)?;
+        range(file, "action_delay_ticks", config.action_delay_ticks as f64, 0.0, 10.0)?;
+        range(file, "readout_delay_frames", config.readout_delay_frames as f64, 0.0, 50.0)?;
         range(file, "number of phases", config.phases.len() as f64, 1.0, 100.0)?;
         config.phases.iter().try_for_each(|phase| phase.check(file))?;
         Ok(config)
@@ -275,6 +286,11 @@ impl ActorConfig {
     pub fn shape(&self, latent: Option<usize>) -> ActorShape {
         let dvs = vec![LATENT_RANGE; latent.unwrap_or(0)];
         ActorShape { dvs, ..ActorShape::eem_san() }
+    }
+
+    /// How late the actor is.
+    pub fn delays(&self) -> Delays {
+        Delays { action_ticks: self.action_delay_ticks, readout_frames: self.readout_delay_frames }
     }
 
     /// Rounds of all phases.

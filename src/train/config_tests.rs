@@ -1,11 +1,13 @@
 use super::*;
+use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
-const ACTORS: [&str; 4] = [
+const ACTORS: [&str; 5] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
     include_str!("configs/plain.toml"),
+    include_str!("configs/streaming.toml"),
 ];
 
 fn hsvae_error(from: &str, to: &str) -> String {
@@ -39,6 +41,10 @@ fn bad_numbers_are_refused_with_their_limits() {
             actor_error("reward_steps = ", "reward_steps = 0 #"),
             "reward_steps is 0, must be 1..=200",
         ),
+        (
+            actor_error("batch = ", "action_delay_ticks = 11\nbatch = "),
+            "action_delay_ticks is 11, must be 0..=10",
+        ),
         (actor_error("planner_share = ", "planner_share = -1.0 #"), "planner_share is -1"),
         (actor_error("v_max_m_per_s = ", "v_max_m_per_s = 0.0 #"), "wheel speed (m/s) is 0"),
     ];
@@ -55,6 +61,18 @@ fn bad_text_is_refused_with_its_place() {
     assert!(error.contains("actuators \"fast\": not understood"), "{error}");
     let rooms = format!("{HSVAE}\n[rooms]\nside_m = [18.0, 12.0]\n");
     assert!(HsvaeConfig::from_toml("f", &rooms).unwrap_err().to_string().contains("missing field"));
+}
+
+#[test]
+fn the_streaming_recipe_is_as_late_as_a_chip_that_streams() {
+    let config = ActorConfig::from_toml("f", ACTORS[4]).unwrap();
+    let Ok(Controller::EemSan(network)) = builtin::open("eem-san", None) else {
+        panic!("eem-san is built in")
+    };
+    let (action_ticks, readout_frames) = (network.streamed_ticks(), network.streamed_frames());
+    assert_eq!(config.delays(), Delays { action_ticks, readout_frames });
+    let third = ActorConfig::from_toml("f", ACTORS[2]).unwrap();
+    assert_eq!(third.delays(), Delays::default());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! One world of a round: flights one after the other in one room.
 
+use std::collections::VecDeque;
+
 use nalgebra::Vector2;
 
 use crate::closed_loop::planner::{ACTIONS, Planner, Terrain};
@@ -104,6 +106,24 @@ impl Ends {
     }
 }
 
+/// How late the actor is, as on a chip that streams.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Delays {
+    /// Control ticks between an observation and the action that it leads to; until the first
+    /// action the wheels are told to stand.
+    pub action_ticks: usize,
+    /// Newest event frames that the DVS state lacks.
+    pub readout_frames: usize,
+}
+
+/// Puts `new` at the end and drops all but the newest `len`.
+fn keep<T>(line: &mut VecDeque<T>, new: T, len: usize) {
+    line.push_back(new);
+    while line.len() > len {
+        line.pop_front();
+    }
+}
+
 /// A world and the flight under way in it.
 #[derive(Debug)]
 pub struct Flight<'w> {
@@ -117,6 +137,11 @@ pub struct Flight<'w> {
     trial: Trial<'w>,
     planner: Planner<'w>,
     encoder: Option<FloatEncoder>,
+    delays: Delays,
+    /// DVS states after the latest frames, oldest first.
+    states: VecDeque<Vec<f32>>,
+    /// What was seen in the latest ticks, oldest first: the first is what the actor acts on now.
+    seen: VecDeque<Vec<f32>>,
     observation: Vec<f32>,
     insight: Vec<f32>,
     planned: Action,
@@ -140,7 +165,7 @@ impl<'w> Flight<'w> {
         (world, terrain): (&'w World, &'w Terrain),
         config: &TrialConfig,
         distance_m_min: f64,
-        encoder: Option<FloatEncoder>,
+        (encoder, delays): (Option<FloatEncoder>, Delays),
         streams: Streams,
     ) -> Self {
         let rules = PairRules { distance_m_min, clearance_m: 0.45 };
@@ -157,6 +182,9 @@ impl<'w> Flight<'w> {
             trial,
             planner,
             encoder,
+            delays,
+            states: VecDeque::new(),
+            seen: VecDeque::new(),
             observation: Vec::new(),
             insight: Vec::new(),
             planned: Action { left: 0.0, right: 0.0 },
@@ -171,7 +199,8 @@ impl<'w> Flight<'w> {
         flight
     }
 
-    /// What the actor sees now: robot and laser state, then the DVS state.
+    /// What the actor acts on now: robot and laser state, then the DVS state, of as many ticks ago
+    /// as its actions are late.
     pub fn observation(&self) -> &[f32] {
         &self.observation
     }
@@ -196,8 +225,16 @@ impl<'w> Flight<'w> {
         self.streams
     }
 
-    /// One control tick with `action`; a flight that ends is followed by the next one.
+    /// Whether no observation has led to an action yet, so that the wheels stand.
+    pub fn waits(&self) -> bool {
+        self.seen.len() <= self.delays.action_ticks
+    }
+
+    /// One control tick with `action`; a flight that ends is followed by the next one. While the
+    /// flight waits the wheels stand instead, and there is no step.
     pub fn drive(&mut self, action: Action) {
+        let waits = self.waits();
+        let action = if waits { Action { left: 0.0, right: 0.0 } } else { action };
         let before_m = self.trial.goal_distance_m();
         self.trial.drive(action);
         let nearer_m = (before_m - self.trial.goal_distance_m()) as f32;
@@ -211,12 +248,11 @@ impl<'w> Flight<'w> {
         let (planned, costs) = (floats(self.planned), self.costs);
         let action = floats(action);
         self.frames = self.see();
-        let next_observation = self.observation.clone();
-        self.last = Some(Step {
+        self.last = (!waits).then(|| Step {
             observation,
             action,
             reward,
-            next_observation,
+            next_observation: self.observation.clone(),
             insight,
             next_insight: self.insight.clone(),
             terminal,
@@ -254,21 +290,32 @@ impl<'w> Flight<'w> {
         if let Some(encoder) = &mut self.encoder {
             encoder.reset();
         }
+        self.states.clear();
+        self.seen.clear();
         self.see();
     }
 
     fn see(&mut self) -> Vec<EventFrame> {
         let seen = self.trial.observe();
-        self.observation = robot_state(&seen).to_vec();
-        self.insight = self.insight();
+        let mut observation = robot_state(&seen).to_vec();
+        self.insight = self.insight(&observation);
         if let Some(encoder) = &mut self.encoder {
-            seen.frames.iter().for_each(|frame| encoder.step(frame));
-            self.observation.extend(encoder.state());
+            let late = self.delays.readout_frames;
+            for frame in &seen.frames {
+                if self.states.is_empty() {
+                    self.states.push_back(encoder.resting_state());
+                }
+                encoder.step(frame);
+                keep(&mut self.states, encoder.state(), late + 1);
+            }
+            observation.extend(self.states.front().expect("the robot has a camera"));
         }
+        keep(&mut self.seen, observation, self.delays.action_ticks + 1);
+        self.observation.clone_from(&self.seen[0]);
         seen.frames
     }
 
-    fn insight(&self) -> Vec<f32> {
+    fn insight(&self, observation: &[f32]) -> Vec<f32> {
         let (pose, step) = (self.trial.robot().pose(), self.trial.steps());
         let ahead = pose.heading();
         let frame = |v: Vector2<f64>| [v.dot(&ahead), v.y * ahead.x - v.x * ahead.y];
@@ -279,7 +326,7 @@ impl<'w> Flight<'w> {
         });
         let mut movers: Vec<_> = movers.collect();
         movers.sort_by(|a, b| a.0.norm_squared().total_cmp(&b.0.norm_squared()));
-        let mut insight = self.observation[..ROBOT_STATE].to_vec();
+        let mut insight = observation[..ROBOT_STATE].to_vec();
         for index in 0..KNOWN_MOVERS {
             let known = movers.get(index).filter(|(way, _)| way.norm() < KNOWN_M);
             let numbers = known.map_or([[1.0, 1.0], [0.0, 0.0]], |(way, velocity)| {
@@ -312,3 +359,7 @@ fn begin<'w>(
     let streams = Streams::new(streams.at(stream::EXPLORATION, number as u64).bits(), 0);
     Trial::new(world, pair.start, pair.goal, config, streams).expect("settings were checked")
 }
+
+#[cfg(test)]
+#[path = "flight_tests.rs"]
+mod tests;

@@ -12,7 +12,7 @@ use crate::nn::{Rectangular, StateError, StateReader, StateWriter};
 use crate::policy::{Action, EventFrame, FRAME_COLUMNS, FRAME_PIXELS};
 use crate::rng::{Streams, stream};
 use crate::train::config::{HsvaeConfig, TrainConfigError};
-use crate::train::flight::{Ends, Flight};
+use crate::train::flight::{Delays, Ends, Flight};
 use crate::train::{on_each, rooms};
 use crate::world::World;
 
@@ -181,7 +181,13 @@ impl HsvaeTraining {
         let distance_m = self.config.rooms.distance_m_min;
         let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
             let streams = Streams::new(self.config.seed, (1 << 32) + round * n + index as u64);
-            Flight::new((world, terrain), &self.trial, distance_m, None, streams)
+            Flight::new(
+                (world, terrain),
+                &self.trial,
+                distance_m,
+                (None, Delays::default()),
+                streams,
+            )
         };
         worlds.iter().enumerate().map(flight).collect()
     }

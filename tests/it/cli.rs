@@ -206,6 +206,31 @@ fn inspect_draws_the_chip_with_every_core() {
 }
 
 #[test]
+fn inspect_colours_the_chip_by_what_run_and_drive_counted() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    folder.write("in.npz", reflex_spikes(&[0, 9], &[6, 7]));
+    folder.good("run reflex.map --spikes in.npz --json run.json");
+    folder.good("drive reflex.map straight --trials 1 --ticks-max 3 --json drive.json");
+    for (file, unit) in [("run.json", "chip step"), ("drive.json", "decision")] {
+        folder.good(&format!("inspect reflex.map --picture {file}.svg --activity {file}"));
+        let svg = String::from_utf8(folder.read(&format!("{file}.svg"))).unwrap();
+        assert!(
+            svg.contains(&format!("synaptic operations per {unit}, white 0 to dark ")),
+            "{svg}"
+        );
+        assert_eq!(svg.matches("<title>").count(), 3 * 128);
+    }
+    let (by_core, of_chip) = (
+        &folder.json("drive.json")["drivers"][0]["counters_by_core"],
+        &folder.json("drive.json")["drivers"][0]["summary"]["chip"]["counters"],
+    );
+    let spikes = |core: &Value| core["updates_spiking"].as_u64().unwrap_or(0);
+    let sum: u64 = by_core.as_array().unwrap().iter().map(spikes).sum();
+    assert_eq!(of_chip["updates_spiking"], sum);
+}
+
+#[test]
 fn a_convolutional_network_goes_through_files_and_gives_the_golden_spikes() {
     let Some(net) = shared("nets/conv.json") else { return };
     let folder = Folder::new();

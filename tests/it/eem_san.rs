@@ -1,7 +1,7 @@
 //! EEM-SAN from its file to the closed loop, and the pictures around it.
 
 use serde_json::Value;
-use spikeloop::net::EemSan;
+use spikeloop::net::{EemSan, builtin};
 use spikeloop::nn::lif::LifTrace;
 use spikeloop::nn::{Hsvae, HsvaeShape, Rectangular, StateWriter};
 use spikeloop::policy::EventFrame;
@@ -222,8 +222,8 @@ fn weights_files_that_cannot_be_read_are_refused() {
         let line = format!("camera --driver {name} --weights w --json out.json");
         refused(&folder, &line, &[&format!("w: {name} comes with its weights; leave --weights")]);
         let is = format!("{name}: is an EEM-SAN, and a network with a description is expected");
-        folder.write("t.trace", format!("network {name}\n"));
-        refused(&folder, "trace check t.trace", &[&is]);
+        let error = builtin::read(name, None).unwrap_err().to_string();
+        assert!(error.contains(&is), "{error}");
     }
     let known = "(there is: reflex, san, eem-san, laser-only)";
     refused(&folder, "drive nobody --json out.json", &[known]);

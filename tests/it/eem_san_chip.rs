@@ -7,12 +7,12 @@ use hw_model::{ChipSpec, DenseEngine, Engine, EventEngine};
 use spikeloop::coding::{InputSpikes, LayerSpikes, population_spikes};
 use spikeloop::compile::policy::POLICIES;
 use spikeloop::compile::{Policy, quantize_eem_san};
-use spikeloop::evaluate::Comparison;
+use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::{Deployment, EemSanChipPolicy, Schedule};
 use spikeloop::net::EemSan;
 use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
-use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
-use spikeloop::reference::FixedEemSan;
+use spikeloop::policy::{Action, EventFrame, Observation, Policy as _};
+use spikeloop::reference::{EemSanPolicy, FixedEemSan};
 use spikeloop::rng::{Streams, stream};
 
 use crate::bad_input::refused;
@@ -234,19 +234,50 @@ fn the_full_network_equals_the_fixed_point_reference() {
 }
 
 fn observation(tick: u64, frames: Vec<EventFrame>) -> Observation {
-    let mut draw = Streams::new(5, 0).at(stream::STIMULUS, tick);
-    let mut laser_m = [0.0; LASER_SECTORS];
-    laser_m.iter_mut().for_each(|range| *range = draw.uniform_in(0.3, 3.0));
-    Observation {
-        goal_direction_rad: draw.uniform_in(-1.0, 1.0),
-        goal_distance_m: draw.uniform_in(0.3, 5.0),
-        linear_m_per_s: 0.3,
-        angular_rad_per_s: 0.1,
-        laser_m,
-        wheel_speed_m_per_s_max: 0.5,
-        frames,
-    }
+    Observation::random(&mut Streams::new(5, 0).at(stream::STIMULUS, tick), frames)
 }
+
+/// Twenty ticks of a trial.
+fn compared(network: &EemSan, deployment: &Deployment) -> Agreement {
+    let mut comparison = Comparison::new(network, deployment, event(deployment)).unwrap();
+    comparison.start_trial(Streams::new(7, 0));
+    for tick in 0..20 {
+        comparison.tick(&observation(tick, frames(tick)), tick);
+    }
+    comparison.agreement().clone()
+}
+
+/// With the delays of the schedule in the float network the chip agrees in every layer, in the DVS
+/// state and in when an action comes.
+#[test]
+fn a_streaming_chip_agrees_with_the_float_network_of_the_same_delays() {
+    let (network, nearest) = (small(true), Policy::named("nearest").unwrap());
+    let schedule = Schedule::Streaming;
+    let deployment =
+        Deployment::compile_eem_san(&network, &nearest, &ChipSpec::loihi1(), None, schedule)
+            .unwrap();
+    let streamed = compared(&network, &deployment);
+    for layer in &streamed.layers {
+        assert!(layer.share() > 0.9 && layer.float > 0, "{layer:?}");
+    }
+    assert!(streamed.equal_actions > 15, "{streamed:?}");
+    assert!(streamed.state_difference_sum / 20.0 < 0.1, "{streamed:?}");
+    let mut chip = EemSanChipPolicy::new(&deployment, event(&deployment)).unwrap();
+    let (mut late, mut prompt) = (EemSanPolicy::streaming(&network), EemSanPolicy::new(&network));
+    let mut drivers: [&mut dyn spikeloop::policy::Policy; 3] = [&mut chip, &mut late, &mut prompt];
+    drivers.iter_mut().for_each(|driver| driver.start_trial(Streams::new(7, 0)));
+    let mut equal = [0; 2];
+    for tick in 0..20 {
+        let seen = observation(tick, frames(tick));
+        let [chip, late, prompt] = drivers.each_mut().map(|driver| driver.act(&seen, tick));
+        assert!(tick >= 2 || (chip, late) == (STAND, STAND), "tick {tick}: {chip:?}, {late:?}");
+        equal[0] += u32::from(chip == late);
+        equal[1] += u32::from(chip == prompt);
+    }
+    assert!(equal[0] > 15 && equal[1] < equal[0], "{equal:?}");
+}
+
+const STAND: Action = Action { left: 0.0, right: 0.0 };
 
 #[test]
 fn the_chip_agrees_with_the_float_network_and_not_with_another() {
@@ -255,14 +286,7 @@ fn the_chip_agrees_with_the_float_network_and_not_with_another() {
     let deployment =
         Deployment::compile_eem_san(&network, &fine, &ChipSpec::loihi1(), None, Schedule::Held)
             .unwrap();
-    let compared = |network: &EemSan| {
-        let mut comparison = Comparison::new(network, &deployment, event(&deployment)).unwrap();
-        comparison.start_trial(Streams::new(7, 0));
-        for tick in 0..20 {
-            comparison.tick(&observation(tick, frames(tick)), tick);
-        }
-        comparison.agreement().clone()
-    };
+    let compared = |network: &EemSan| compared(network, &deployment);
     let same = compared(&network);
     for layer in &same.layers {
         println!("{}: {:.4} {layer:?}", layer.layer, layer.share());
@@ -334,9 +358,6 @@ fn what_cannot_be_on_the_chip_is_refused() {
     refused(&folder, "compile blind.safetensors --schedule streaming -o out.map", &[none]);
     let none = "reflex: --schedule is for an EEM-SAN, and this is none; leave it out";
     refused(&folder, "compile reflex --schedule held -o out.map", &[none]);
-    folder.good("compile good.safetensors --schedule streaming -o s.map");
-    let apart = "map of good: schedule streaming, in which layers are apart in time";
-    refused(&folder, "agree s.map good.safetensors --json out.json", &[apart]);
     refused(&folder, "agree r.map good.safetensors --json out.json", &["reflex: not a map of"]);
     refused(&folder, "agree e.map reflex --json out.json", &["reflex: a network with a rate code"]);
     let rate = "good chip (nearest): control rate 10 Hz gives 10 event frames per control tick";
@@ -365,6 +386,11 @@ fn a_compiled_eem_san_drives_and_agrees_from_the_command_line() {
     assert!(compiled.out.contains(", streaming, 5 chip steps per control tick"));
     let ran = folder.good(&format!("drive s.map {short}"));
     assert!(ran.out.contains("| e chip (nearest, streaming) |"), "{}", ran.out);
+    let ran =
+        folder.good("agree s.map e.safetensors --ticks 8 --arena courtyard-moving --json s.json");
+    let late = "layers are compared 1, 2, 3, 4, 5, 6, 6, 6, 7, 8 chip steps apart";
+    assert!(ran.out.contains(late), "{}", ran.out);
+    assert_eq!(folder.json("s.json")["agreement"]["ticks"], 8);
     folder.good(&format!("drive e.map {short} --engine dense --json d.json"));
     assert_eq!(chip("1.json"), chip("d.json"));
     let line = "agree e.map e.safetensors --ticks 8 --arena courtyard-moving --json a.json";

@@ -19,6 +19,9 @@ use spikeloop::npz::Npz;
 use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
 use spikeloop::reference::{EemSanPolicy, FixedNetwork};
 use spikeloop::report::Report;
+use spikeloop::report::activity::CoreActivity;
+use spikeloop::report::chip_picture::chip_picture;
+use spikeloop::report::chip_plan::ChipPlan;
 use spikeloop::report::page::page;
 use spikeloop::report::results::DriveResult;
 use spikeloop::report::success::{SuccessTable, success_table};
@@ -153,6 +156,11 @@ fn read_integers(json: &str, array: &[u8]) {
 }
 
 fn read_result(json: &str) {
+    let map = reflex().map;
+    if let Ok(activity) = CoreActivity::from_json("r.json", json, &map) {
+        let plan = ChipPlan::of_map("r", "nearest", &map);
+        assert!(chip_picture(&plan, Some(&activity)).ends_with("</svg>\n"));
+    }
     let mut report = Report::new("r");
     if report.add("r.json", json).is_ok() {
         assert!(page(&report).ends_with("</html>\n"));

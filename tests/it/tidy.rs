@@ -46,7 +46,7 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("compile", &["net", "policy"]),
     ("cost", &["net"]),
     ("reference", &["coding", "compile", "cost", "net", "policy", "rng"]),
-    ("host", &["coding", "compile", "net", "policy", "rng"]),
+    ("host", &["coding", "compile", "cost", "net", "policy", "rng"]),
     ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
     ("evaluate", &["closed_loop", "coding", "host", "net", "policy", "reference", "rng", "world"]),
     ("report", &["closed_loop", "cost", "evaluate", "host", "policy", "world"]),

@@ -47,7 +47,7 @@ fn plan_html(file: &str, plan: &ChipPlan) -> String {
     );
     heading(file)
         + &paragraph(&escape(&about))
-        + &picture(&chip_picture(plan))
+        + &picture(&chip_picture(plan, None))
         + &table(&layer_table(plan))
 }
 

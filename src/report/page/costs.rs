@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::report::bars::{Bar, bars};
 use crate::report::document::{Content, Report};
+use crate::report::energy::{ENERGY_NOTE, driver_energy, success_energy};
 use crate::report::page::html::{Section, heading, paragraph, picture, table};
 use crate::report::plot::escape;
 use crate::report::results::{Cost, CostTableNote, DriveResult};
@@ -35,6 +36,13 @@ pub(super) fn table5_section(report: &Report) -> Section {
 pub(super) fn energy_section(report: &Report) -> Section {
     let mut body = String::new();
     for item in &report.items {
+        if let Content::Success(success) = &item.content
+            && let Some(energy) = success_energy(success)
+        {
+            body += &heading(&item.file);
+            body += &table(&energy);
+            body += &paragraph(&escape(ENERGY_NOTE));
+        }
         let Content::Drive(result) = &item.content else { continue };
         let Some(costs) = cost_table(&result.drivers) else { continue };
         body += &heading(&item.file);
@@ -51,6 +59,10 @@ pub(super) fn energy_section(report: &Report) -> Section {
             None,
         ));
         body += &table(&costs);
+        if let Some(energy) = driver_energy(&result.drivers) {
+            body += &table(&energy);
+            body += &paragraph(&escape(ENERGY_NOTE));
+        }
         body += &lines(result);
     }
     if !body.is_empty() {

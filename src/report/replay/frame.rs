@@ -13,7 +13,7 @@ const TITLE_PX: f64 = 34.0;
 const EVENTS_PX: f64 = 256.0;
 const RASTER_PX: f64 = 260.0;
 /// Width of the panels right of the arena, at least.
-const SIDE_PX: f64 = 480.0;
+const SIDE_PX: f64 = 580.0;
 /// The fan is drawn up to this range.
 const LASER_M_MAX: f64 = 8.0;
 /// Width of a laser sector and direction of the leftmost one, degrees.
@@ -165,7 +165,7 @@ fn readout(
     }
 }
 
-/// Cores that glow with the tick's synaptic operations, on a scale of powers.
+/// Cores that glow with the tick's synaptic operations.
 fn chip(svg: &mut String, replay: &Replay, tick: &ReplayTick, [left, top]: [f64; 2]) {
     let Some(plan) = &replay.chip else { return };
     let numbers = codec::numbers_of_text(&tick.cores).unwrap_or_default();
@@ -194,10 +194,12 @@ fn raster(
         width - 110.0,
         codec::to_base64(&png)
     );
-    let mut above = 0;
+    // Names of small layers are pushed apart.
+    let (mut above, mut free) = (0, 0.0);
     for layer in replay.kept_layers() {
         let middle = f64::from(above) + f64::from(layer.neurons) / 2.0;
-        let y = top + RASTER_PX * middle / f64::from(rows);
+        let y = (top + RASTER_PX * middle / f64::from(rows)).max(free);
+        free = y + 10.0;
         let name = escape(&layer.name);
         let _ =
             write!(svg, r#"<text x="{left:.0}" y="{:.1}" font-size="10">{name}</text>"#, y + 3.0);

@@ -45,19 +45,20 @@ pub fn run_trial(
     Ok(trial.into_outcome())
 }
 
-/// As [`run_trial`], with the planner that knows everything.
+/// As [`run_trial`], with the planner that knows the obstacles and what `knowledge` says of movers.
 ///
 /// Errors: as [`run_trial`].
 pub fn run_planned_trial(
-    world: &World,
-    terrain: &planner::Terrain,
+    (world, terrain): (&World, &planner::Terrain),
+    knowledge: planner::Knowledge,
     start: Pose,
     goal: Point2<f64>,
     config: &TrialConfig,
     streams: Streams,
 ) -> Result<TrialOutcome, ConfigError> {
     let mut trial = Trial::new(world, start, goal, config, streams)?;
-    let planner = planner::Planner::new(terrain, goal, config.wheel_speed_m_per_s_max);
+    let speed_m_per_s = config.wheel_speed_m_per_s_max;
+    let planner = planner::Planner::new(terrain, goal, speed_m_per_s, knowledge);
     while trial.end().is_none() {
         let (action, _) = planner.plan(&trial);
         trial.drive(action);

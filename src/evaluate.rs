@@ -77,7 +77,7 @@ pub fn fly(
     finished: &(dyn Fn() + Sync),
 ) -> Result<Vec<Flown>, FlyError> {
     let config = &driver.config(config)?;
-    let terrain = driver.is_planner().then(|| Terrain::new(world));
+    let planner = driver.planner_knowledge().map(|knowledge| (Terrain::new(world), knowledge));
     let next = AtomicUsize::new(0);
     let fly_some = || -> Result<Vec<Flown>, ConfigError> {
         let mut flown = Vec::new();
@@ -85,11 +85,12 @@ pub fn fly(
             let trial = next.fetch_add(1, Ordering::Relaxed);
             let Some(pair) = pairs.get(trial) else { return Ok(flown) };
             let streams = Streams::new(seed, trial as u64);
-            flown.push(match &terrain {
+            flown.push(match &planner {
                 None => fly_one(world, pair, config, driver, streams, trial)?,
-                Some(terrain) => {
-                    let (start, goal) = (pair.start, pair.goal);
-                    let outcome = run_planned_trial(world, terrain, start, goal, config, streams)?;
+                Some((terrain, knowledge)) => {
+                    let (place, start, goal) = ((world, terrain), pair.start, pair.goal);
+                    let outcome =
+                        run_planned_trial(place, *knowledge, start, goal, config, streams)?;
                     Flown { trial, outcome, chip: None }
                 }
             });

@@ -1,5 +1,6 @@
 use super::*;
 use crate::nn::StateReader;
+use crate::train::config::Teacher;
 
 const HSVAE: &str = include_str!("train/configs/hsvae.toml");
 const THIRD: &str = include_str!("train/configs/third.toml");
@@ -65,4 +66,16 @@ fn exported_actor_and_encoder_are_a_network() {
     let network = crate::net::EemSan::from_bytes("n", "w", &bytes).unwrap();
     assert_eq!(network.encoder.as_ref(), Some(&encoder));
     assert_eq!(network.decision.len(), 4);
+}
+
+#[test]
+fn teacher_with_the_sensors_of_the_actor_teaches_otherwise() {
+    let mut config = ActorConfig::from_toml("f", THIRD).unwrap().quick();
+    let taught = [Teacher::Everything, Teacher::Sensors].map(|teacher| {
+        config.teacher = teacher;
+        let mut training = ActorTraining::new(&config, None, 1).unwrap();
+        training.run_round(|_| {});
+        saved(|state| training.add_weights(state))
+    });
+    assert_ne!(taught[0], taught[1]);
 }

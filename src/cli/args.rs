@@ -109,6 +109,8 @@ pub(super) enum RecipeArg {
     Second,
     /// Follow critics that see the movers
     Third,
+    /// Follow a planner that knows what the sensors show, then critics
+    Fourth,
     /// As the third, with the delays of a chip that streams; give --encoder and --from
     Streaming,
     /// The paper's: DDPG, one world, no planner
@@ -220,8 +222,8 @@ pub(super) struct RunArgs {
 #[derive(Debug, ClapArgs)]
 pub(super) struct DriveArgs {
     /// What drives, each in turn on the same trials: core maps (chip), description files (.toml),
-    /// EEM-SANs (.safetensors) or built-in names (float), `straight`, or `planner` (knows
-    /// everything)
+    /// EEM-SANs (.safetensors) or built-in names (float), `straight`, `planner` (knows
+    /// everything), `planner-camera`, `planner-laser` (know what sensors show of the movers)
     #[arg(required = true, value_name = "MAP|NETWORK")]
     pub(super) drivers: Vec<String>,
     /// Weights of the networks that are not core maps

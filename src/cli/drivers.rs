@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use spikeloop::closed_loop::planner::Knowledge;
 use spikeloop::evaluate::{Driver, EngineKind};
 use spikeloop::host::Deployment;
 use spikeloop::net::builtin;
@@ -10,10 +11,15 @@ use crate::cli::Failure;
 
 /// Name of the driver that needs no network.
 pub(super) const STRAIGHT: &str = "straight";
-/// Name of the driver that knows everything.
-const PLANNER: &str = "planner";
+/// Names of the planner, by what it knows.
+const PLANNERS: [(&str, Knowledge); 3] = [
+    ("planner", Knowledge::Everything),
+    ("planner-camera", Knowledge::Camera),
+    ("planner-laser", Knowledge::Laser),
+];
 
-/// A driver for each name: core maps (chip), networks of any kind (float), `straight`, `planner`.
+/// A driver for each name: core maps (chip), networks of any kind (float), `straight`,
+/// planners.
 /// `weights` are for the networks that take some.
 pub(super) fn drivers(
     names: &[String],
@@ -37,8 +43,15 @@ fn is_network(name: &str) -> bool {
     let path = Path::new(name);
     match path.extension() {
         Some(extension) => extension == "toml" || extension == "safetensors",
-        None => ![STRAIGHT, PLANNER].contains(&name) && (builtin::is_name(name) || !path.exists()),
+        None => {
+            let known = name == STRAIGHT || planner(name).is_some();
+            !known && (builtin::is_name(name) || !path.exists())
+        }
     }
+}
+
+fn planner(name: &str) -> Option<Knowledge> {
+    PLANNERS.iter().find(|(known, _)| *known == name).map(|(_, knowledge)| *knowledge)
 }
 
 /// A core map by its label, `straight`, or else a network.
@@ -46,8 +59,8 @@ fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driv
     if name == STRAIGHT {
         return Ok(Driver::straight());
     }
-    if name == PLANNER {
-        return Ok(Driver::planner());
+    if let Some(knowledge) = planner(name) {
+        return Ok(Driver::planner(knowledge));
     }
     if is_network(name) {
         let weights = weights.filter(|_| builtin::takes_weights(name));

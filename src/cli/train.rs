@@ -20,6 +20,7 @@ const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
 const FIRST_CONFIG: &str = include_str!("../train/configs/first.toml");
 const SECOND_CONFIG: &str = include_str!("../train/configs/second.toml");
 const THIRD_CONFIG: &str = include_str!("../train/configs/third.toml");
+const FOURTH_CONFIG: &str = include_str!("../train/configs/fourth.toml");
 const STREAMING_CONFIG: &str = include_str!("../train/configs/streaming.toml");
 const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 
@@ -181,6 +182,7 @@ fn actor(
         RecipeArg::First => (FIRST_CONFIG, "first.toml"),
         RecipeArg::Second => (SECOND_CONFIG, "second.toml"),
         RecipeArg::Third => (THIRD_CONFIG, "third.toml"),
+        RecipeArg::Fourth => (FOURTH_CONFIG, "fourth.toml"),
         RecipeArg::Streaming => (STREAMING_CONFIG, "streaming.toml"),
         RecipeArg::Plain => (PLAIN_CONFIG, "plain.toml"),
     };

@@ -1,18 +1,20 @@
-//! A driver that knows everything: the obstacles, and where the movers will be.
+//! A driver that knows all static obstacles, and of the movers everything or what sensors show.
 //!
 //! It marks what is possible in an arena, and it teaches: for each of 36 actions it gives a cost,
 //! that of the best of some continuations over the next seconds. A network that sees only its
 //! sensors can be trained against these costs.
 
+mod forecast;
 mod terrain;
 
+pub use forecast::Knowledge;
 pub use terrain::{Terrain, Ways};
 
 use nalgebra::Point2;
 
+use self::forecast::{Forecast, forecast};
 use super::Trial;
 use crate::policy::Action;
-use crate::world::World;
 use crate::world::geometry::{Pose, direction};
 use crate::world::robot::Twist;
 
@@ -87,20 +89,23 @@ pub struct Planner<'t> {
     terrain: &'t Terrain,
     ways: Ways,
     goal: Point2<f64>,
+    knowledge: Knowledge,
 }
-
-/// Where the movers will be: step by step, centre and radius.
-type Forecast = Vec<Vec<(Point2<f64>, f64)>>;
 
 impl<'t> Planner<'t> {
     /// Looks for the ways to `goal`.
-    pub fn new(terrain: &'t Terrain, goal: Point2<f64>, speed_m_per_s: f64) -> Self {
-        Self { terrain, ways: terrain.ways_to(goal, speed_m_per_s), goal }
+    pub fn new(
+        terrain: &'t Terrain,
+        goal: Point2<f64>,
+        speed_m_per_s: f64,
+        knowledge: Knowledge,
+    ) -> Self {
+        Self { terrain, ways: terrain.ways_to(goal, speed_m_per_s), goal, knowledge }
     }
 
     /// The cheapest action, and the cost of every action, in seconds.
     pub fn plan(&self, trial: &Trial<'_>) -> (Action, [f32; ACTIONS]) {
-        let forecast = forecast(trial.world(), trial.steps());
+        let forecast = forecast(trial, self.knowledge);
         let mut costs = [0.0f32; ACTIONS];
         for (index, cost) in costs.iter_mut().enumerate() {
             *cost = self.cost(trial, action_of(index), &forecast) as f32;
@@ -178,16 +183,6 @@ fn lack(distance_m: f64, enough_m: f64) -> f64 {
 fn nearest(movers: &[(Point2<f64>, f64)], place: Point2<f64>) -> f64 {
     let distances = movers.iter().map(|(centre, radius_m)| (centre - place).norm() - radius_m);
     distances.fold(f64::INFINITY, f64::min)
-}
-
-fn forecast(world: &World, steps: u64) -> Forecast {
-    let at = |step: u64| {
-        let movers = world.arena().movers().iter();
-        movers
-            .map(|mover| (mover.position(steps + step * PHYSICS_STEPS), mover.radius_m()))
-            .collect()
-    };
-    (1..=STEPS as u64).map(at).collect()
 }
 
 /// The robot as the planner thinks it moves: first-order lags, no delays.

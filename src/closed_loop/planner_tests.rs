@@ -1,6 +1,7 @@
 use super::*;
 use crate::closed_loop::TrialConfig;
 use crate::rng::Streams;
+use crate::world::World;
 use crate::world::arena::Arena;
 
 fn world(movers: &str) -> World {
@@ -15,7 +16,7 @@ fn world(movers: &str) -> World {
 fn drive(world: &World, start: Pose, goal: Point2<f64>) -> crate::closed_loop::TrialOutcome {
     let config = TrialConfig::eem_san(1.0);
     let terrain = Terrain::new(world);
-    let planner = Planner::new(&terrain, goal, 1.0);
+    let planner = Planner::new(&terrain, goal, 1.0, Knowledge::Everything);
     let mut trial = Trial::new(world, start, goal, &config, Streams::new(1, 0)).unwrap();
     while trial.end().is_none() {
         let (action, _) = planner.plan(&trial);

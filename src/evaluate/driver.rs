@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use hw_model::{DenseEngine, Engine, EventEngine, OpCounts, container};
 
+use crate::closed_loop::planner::Knowledge;
 use crate::closed_loop::{StraightToGoal, TrialConfig};
 use crate::coding::LayerSpikes;
 use crate::evaluate::FlyError;
@@ -38,8 +39,8 @@ pub enum DriverKind {
     },
     /// Steers at the goal and sees nothing.
     Straight,
-    /// Knows all obstacles and where the movers will be: what is possible.
-    Planner,
+    /// Knows all obstacles, and of the movers everything or what sensors show: what is possible.
+    Planner(Knowledge),
 }
 
 /// A driver that every trial starts afresh.
@@ -101,14 +102,23 @@ impl Driver {
         Self { label: "straight to goal".to_owned(), digest: None, kind: DriverKind::Straight }
     }
 
-    /// The planner that knows everything.
-    pub fn planner() -> Self {
-        Self { label: "planner (knows all)".to_owned(), digest: None, kind: DriverKind::Planner }
+    /// The planner.
+    pub fn planner(knowledge: Knowledge) -> Self {
+        let known = match knowledge {
+            Knowledge::Everything => "knows all",
+            Knowledge::Camera => "knows what camera and laser show",
+            Knowledge::Laser => "knows what the laser shows",
+        };
+        let label = format!("planner ({known})");
+        Self { label, digest: None, kind: DriverKind::Planner(knowledge) }
     }
 
-    /// Whether this is the planner, which flies without a [`Policy`].
-    pub(super) fn is_planner(&self) -> bool {
-        matches!(self.kind, DriverKind::Planner)
+    /// What the planner knows, when this is one; it flies without a [`Policy`].
+    pub(super) fn planner_knowledge(&self) -> Option<Knowledge> {
+        match self.kind {
+            DriverKind::Planner(knowledge) => Some(knowledge),
+            _ => None,
+        }
     }
 
     /// The compiled network, when this is one.
@@ -118,7 +128,7 @@ impl Driver {
             DriverKind::Float(_)
             | DriverKind::EemSan(_)
             | DriverKind::Straight
-            | DriverKind::Planner => None,
+            | DriverKind::Planner(_) => None,
         }
     }
 
@@ -132,7 +142,7 @@ impl Driver {
                 let populations = deployment.map.populations().iter();
                 populations.map(|population| (population.name.clone(), population.len())).collect()
             }
-            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner => Vec::new(),
+            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner(_) => Vec::new(),
         }
     }
 
@@ -141,7 +151,7 @@ impl Driver {
         match &self.kind {
             DriverKind::EemSan(policy) => policy.takes_frames(),
             DriverKind::Chip { deployment, .. } => deployment.takes_frames(),
-            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner => false,
+            DriverKind::Float(_) | DriverKind::Straight | DriverKind::Planner(_) => false,
         }
     }
 
@@ -166,7 +176,9 @@ impl Driver {
         match &self.kind {
             DriverKind::Float(policy) => Active::Other(policy.clone()),
             DriverKind::EemSan(policy) => Active::EemSan(policy.clone()),
-            DriverKind::Straight | DriverKind::Planner => Active::Other(Box::new(StraightToGoal)),
+            DriverKind::Straight | DriverKind::Planner(_) => {
+                Active::Other(Box::new(StraightToGoal))
+            }
             DriverKind::Chip { deployment, template } => {
                 let engine: Box<dyn Engine> = match template {
                     Some(template) => Box::new(template.fresh()),

@@ -85,7 +85,7 @@ pub fn record(
 
 /// Errs for a driver whose trials cannot be recorded: the planner.
 pub fn check_recordable(driver: &Driver) -> Result<(), FlyError> {
-    match driver.is_planner() {
+    match driver.planner_knowledge().is_some() {
         true => Err(FlyError::Recorded { driver: driver.label.clone() }),
         false => Ok(()),
     }

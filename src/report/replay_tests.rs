@@ -156,7 +156,7 @@ fn a_driver_without_a_network_is_recorded_too() {
     let text = serde_json::to_string(&replay).unwrap();
     assert_eq!(Replay::from_json("r.json", &text).unwrap(), replay);
     assert!(frame_picture(&replay, 0, 5).contains("tick 5 of"));
-    let planner = Driver::planner();
+    let planner = Driver::planner(crate::closed_loop::planner::Knowledge::Everything);
     let error = record(&world, &pairs, 0, &config, &planner, 3).unwrap_err().to_string();
     assert!(error.contains("cannot be recorded; record another driver"), "{error}");
     assert!(planner.layers().is_empty());

@@ -1,13 +1,13 @@
 //! Training of the actor: flights in random rooms, a replay memory, updates in between.
 //!
 //! The plain recipe is DDPG with SAN's reward. Departures, each a setting of a phase: several
-//! worlds side by side, two critics, and a teacher, the planner that knows everything, whose
-//! actions or whose costs the actor follows.
+//! worlds side by side, two critics, and a teacher, a planner, whose actions or whose
+//! costs the actor follows.
 
 use std::collections::VecDeque;
 
 use crate::closed_loop::TrialConfig;
-use crate::closed_loop::planner::{LEVELS, Terrain};
+use crate::closed_loop::planner::{Knowledge, LEVELS, Terrain};
 use crate::net::EventEncoder;
 use crate::nn::adam::AdamSettings;
 use crate::nn::population::SpikeDraws;
@@ -19,7 +19,7 @@ use crate::nn::{
 use crate::policy::Action;
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
-use crate::train::config::{ActorConfig, Phase, TrainConfigError};
+use crate::train::config::{ActorConfig, Phase, Teacher, TrainConfigError};
 use crate::train::flight::{Ends, Flight, INSIGHT, Step};
 use crate::train::replay::{Batch, Replay};
 use crate::train::{on_each, rooms};
@@ -87,11 +87,13 @@ impl ActorTraining {
         };
         let width = shape.observations();
         let seen = if config.insight { INSIGHT } else { width };
+        let critic =
+            CriticShape { hidden: vec![config.critic_neurons; 3], ..CriticShape::eem_san(seen) };
         Ok(Self {
             trial: config.flight.trial("configuration", encoder.is_some())?,
             threads,
             encoder: encoder.map(FloatEncoder::new),
-            ddpg: Ddpg::new(&settings, &shape, &CriticShape::eem_san(seen), config.seed),
+            ddpg: Ddpg::new(&settings, &shape, &critic, config.seed),
             replay: Replay::new(width, INSIGHT, config.memory),
             round: 0,
             ticks: 0,
@@ -198,12 +200,22 @@ impl ActorTraining {
         let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
             let streams = Streams::new(self.config.seed, (2 << 32) + self.round * n + index as u64);
             let sight = (self.encoder.clone(), self.config.delays());
+            let drive = (&self.trial, self.knowledge());
             let distance_m = phase.rooms.distance_m_min;
-            let mut flight = Flight::new((world, terrain), &self.trial, distance_m, sight, streams);
+            let mut flight = Flight::new((world, terrain), drive, distance_m, sight, streams);
             flight.reward_contact = self.config.reward_contact;
             flight
         };
         worlds.iter().enumerate().map(flight).collect()
+    }
+
+    /// What the teacher knows of movers.
+    fn knowledge(&self) -> Knowledge {
+        match (self.config.teacher, &self.encoder) {
+            (Teacher::Everything, _) => Knowledge::Everything,
+            (Teacher::Sensors, Some(_)) => Knowledge::Camera,
+            (Teacher::Sensors, None) => Knowledge::Laser,
+        }
     }
 
     /// One control tick of all worlds: the actor's action with noise, or the planner's.

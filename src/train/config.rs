@@ -118,6 +118,11 @@ pub struct ActorConfig {
     pub batch: usize,
     /// Transitions that are remembered.
     pub memory: usize,
+    /// What the planner knows.
+    #[serde(default)]
+    pub teacher: Teacher,
+    /// Neurons of each hidden layer of the critics: 512 in the plain recipe.
+    pub critic_neurons: usize,
     /// Discount of later rewards.
     pub discount: f32,
     /// Part that target networks take over per update.
@@ -140,6 +145,17 @@ pub struct ActorConfig {
     pub readout_delay_frames: usize,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
+}
+
+/// What the planner that teaches knows of movers; it always knows the static obstacles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Teacher {
+    /// Where they will be.
+    #[default]
+    Everything,
+    /// What the sensors of the actor show: with an encoder camera and laser, without one the laser.
+    Sensors,
 }
 
 /// A phase of the actor's training.
@@ -262,6 +278,7 @@ impl ActorConfig {
         config.flight.trial(file, true)?;
         range(file, "batch", config.batch as f64, 2.0, 65536.0)?;
         range(file, "memory", config.memory as f64, config.batch as f64, 1e6)?;
+        range(file, "critic_neurons", config.critic_neurons as f64, 1.0, 8192.0)?;
         range(file, "discount", f64::from(config.discount), 0.0, 1.0)?;
         range(file, "tau", f64::from(config.tau), 0.0, 1.0)?;
         range(file, "reward_steps", config.reward_steps as f64, 1.0, 200.0)?;

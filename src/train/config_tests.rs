@@ -2,10 +2,11 @@ use super::*;
 use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
-const ACTORS: [&str; 5] = [
+const ACTORS: [&str; 6] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
+    include_str!("configs/fourth.toml"),
     include_str!("configs/plain.toml"),
     include_str!("configs/streaming.toml"),
 ];
@@ -36,6 +37,7 @@ fn bad_numbers_are_refused_with_their_limits() {
         (hsvae_error("worlds = ", "worlds = 0 #"), "flight.worlds is 0, must be 1..=256"),
         (hsvae_error("exploration = ", "exploration = 2.0 #"), "exploration is 2, must be 0..=1"),
         (actor_error("discount = ", "discount = 1.5 #"), "discount is 1.5, must be 0..=1"),
+        (actor_error("critic_neurons = ", "critic_neurons = 0 #"), "critic_neurons is 0, must be"),
         (actor_error("memory = ", "memory = 10 #"), "memory is 10, must be"),
         (
             actor_error("reward_steps = ", "reward_steps = 0 #"),
@@ -59,6 +61,11 @@ fn bad_text_is_refused_with_its_place() {
     assert!(hsvae_error("seed = 1", "seed = ").contains("f.toml: TOML parse error at line"));
     let error = hsvae_error("\"ideal\"", "\"fast\"");
     assert!(error.contains("actuators \"fast\": not understood"), "{error}");
+    let error = actor_error("seed = 1", "seed = 1\nteacher = \"nobody\"");
+    assert!(
+        error.contains("unknown variant `nobody`, expected `everything` or `sensors`"),
+        "{error}"
+    );
     let rooms = format!("{HSVAE}\n[rooms]\nside_m = [18.0, 12.0]\n");
     assert!(HsvaeConfig::from_toml("f", &rooms).unwrap_err().to_string().contains("missing field"));
 }

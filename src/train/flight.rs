@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector2;
 
-use crate::closed_loop::planner::{ACTIONS, Planner, Terrain};
+use crate::closed_loop::planner::{ACTIONS, Knowledge, Planner, Terrain};
 use crate::closed_loop::{End, Trial, TrialConfig};
 use crate::coding::robot_state;
 use crate::net::eem_san::ROBOT_STATE;
@@ -130,6 +130,7 @@ pub struct Flight<'w> {
     world: &'w World,
     terrain: &'w Terrain,
     config: TrialConfig,
+    knowledge: Knowledge,
     pairs: Vec<Pair>,
     /// Random streams of the world in this round.
     streams: Streams,
@@ -157,13 +158,14 @@ pub struct Flight<'w> {
 }
 
 impl<'w> Flight<'w> {
-    /// The first flight in `world`. With an encoder the robot has a camera.
+    /// The first flight in `world`. With an encoder the robot has a camera. `knowledge` is the
+    /// planner's.
     ///
     /// Panics when `config` is out of its limits or the room has no room for trials; both are
     /// checked before training.
     pub fn new(
         (world, terrain): (&'w World, &'w Terrain),
-        config: &TrialConfig,
+        (config, knowledge): (&TrialConfig, Knowledge),
         distance_m_min: f64,
         (encoder, delays): (Option<FloatEncoder>, Delays),
         streams: Streams,
@@ -171,11 +173,13 @@ impl<'w> Flight<'w> {
         let rules = PairRules { distance_m_min, clearance_m: 0.45 };
         let pairs = generate_pairs(world, PAIRS, rules, streams).expect("rooms have free places");
         let trial = begin(world, &pairs[0], config, streams, 0);
-        let planner = Planner::new(terrain, pairs[0].goal, config.wheel_speed_m_per_s_max);
+        let speed_m_per_s = config.wheel_speed_m_per_s_max;
+        let planner = Planner::new(terrain, pairs[0].goal, speed_m_per_s, knowledge);
         let mut flight = Self {
             world,
             terrain,
             config: config.clone(),
+            knowledge,
             pairs,
             streams,
             number: 0,
@@ -286,7 +290,8 @@ impl<'w> Flight<'w> {
             }
         }
         let goal = self.trial.goal();
-        self.planner = Planner::new(self.terrain, goal, self.config.wheel_speed_m_per_s_max);
+        let speed_m_per_s = self.config.wheel_speed_m_per_s_max;
+        self.planner = Planner::new(self.terrain, goal, speed_m_per_s, self.knowledge);
         if let Some(encoder) = &mut self.encoder {
             encoder.reset();
         }

@@ -22,8 +22,9 @@ fn a_late_flight_is_as_late_as_a_chip_that_streams() {
     let terrain = Terrain::new(&world);
     let config = TrialConfig { camera: Some(Default::default()), ..TrialConfig::eem_san(1.0) };
     let encoder = network.encoder.as_ref().map(FloatEncoder::new);
+    let drive = (&config, Knowledge::Everything);
     let start =
-        |delays| Flight::new((&world, &terrain), &config, 5.0, (encoder.clone(), delays), streams);
+        |delays| Flight::new((&world, &terrain), drive, 5.0, (encoder.clone(), delays), streams);
     let (mut prompt, mut late_flight) = (start(Delays::default()), start(late));
     let mut policy = EemSanPolicy::streaming(&network);
     policy.start_trial(streams);

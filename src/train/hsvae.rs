@@ -4,7 +4,7 @@
 //! from as soon as it was flown and then forgotten, which needs no storage and never repeats.
 
 use crate::closed_loop::TrialConfig;
-use crate::closed_loop::planner::Terrain;
+use crate::closed_loop::planner::{Knowledge, Terrain};
 use crate::nn::adam::AdamSettings;
 use crate::nn::hsvae::{HsvaeLoss, HsvaeSettings, HsvaeTrainer, Sequences};
 use crate::nn::shards::Shards;
@@ -181,13 +181,9 @@ impl HsvaeTraining {
         let distance_m = self.config.rooms.distance_m_min;
         let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
             let streams = Streams::new(self.config.seed, (1 << 32) + round * n + index as u64);
-            Flight::new(
-                (world, terrain),
-                &self.trial,
-                distance_m,
-                (None, Delays::default()),
-                streams,
-            )
+            let drive = (&self.trial, Knowledge::Everything);
+            let sight = (None, Delays::default());
+            Flight::new((world, terrain), drive, distance_m, sight, streams)
         };
         worlds.iter().enumerate().map(flight).collect()
     }

@@ -2,13 +2,14 @@ use super::*;
 use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
+const STREAMING: &str = include_str!("configs/streaming.toml");
 const ACTORS: [&str; 6] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
     include_str!("configs/fourth.toml"),
     include_str!("configs/plain.toml"),
-    include_str!("configs/streaming.toml"),
+    STREAMING,
 ];
 
 fn hsvae_error(from: &str, to: &str) -> String {
@@ -72,7 +73,7 @@ fn bad_text_is_refused_with_its_place() {
 
 #[test]
 fn the_streaming_recipe_is_as_late_as_a_chip_that_streams() {
-    let config = ActorConfig::from_toml("f", ACTORS[4]).unwrap();
+    let config = ActorConfig::from_toml("f", STREAMING).unwrap();
     let Ok(Controller::EemSan(network)) = builtin::open("eem-san", None) else {
         panic!("eem-san is built in")
     };

@@ -67,6 +67,8 @@ op_counts! {
     management_writes,
     /// Spikes that arrived on an input axon of a held core and were lost.
     deliveries_while_held,
+    /// Spike messages that a faulty network lost on their way, of the host's too.
+    messages_lost,
     /// Accumulated inputs that did not fit their register.
     accumulator_overflows,
     /// Currents that did not fit their register.

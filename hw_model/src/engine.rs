@@ -12,10 +12,13 @@
 //! state and sends nothing, and spikes that arrive at it are lost, counted as
 //! [`OpCounts::deliveries_while_held`] and as nothing else. What silicon does with them is not
 //! public, so a program that holds cores had better keep that counter at 0.
+//!
+//! A chip may have [`Faults`]: both engines lose the same messages.
 
 use crate::compartment::CompartmentState;
 use crate::core_map::CoreMap;
 use crate::counters::OpCounts;
+use crate::faults::Faults;
 use crate::id::{CompartmentIdx, CoreId};
 
 mod barrier;
@@ -70,8 +73,23 @@ pub trait Engine: Send {
     /// not. Panics when there is no such core.
     fn set_held(&mut self, cores: &[CoreId], held: bool);
 
+    /// The chip has these faults from its first step on.
+    ///
+    /// Panics after the first step, and when there is no such core.
+    fn set_faults(&mut self, faults: Faults);
+
     /// The host reads `n` spike counters or states; counted.
     fn count_host_reads(&mut self, n: u64);
+}
+
+/// Panics when `faults` do not go with an engine on `map` that has done `now` steps.
+fn check_faults(map: &CoreMap, now: u64, faults: &Faults) {
+    assert!(now == 0, "faults are there from the first step on, and {now} steps are done");
+    let (last, cores) = (faults.dead_cores().last(), map.cores().len());
+    assert!(
+        last.is_none_or(|core| core.index() < cores),
+        "core {last:?} of {cores} cannot be dead"
+    );
 }
 
 /// Adds what the slowest core and the barrier take to the chip's time.

@@ -154,6 +154,24 @@ impl ChipSpec {
         Ok(spec)
     }
 
+    /// The same chip with other widths of current and voltage, sign included (Loihi: 24 and 24). A
+    /// threshold is compared with voltages, so its register is no wider than theirs.
+    ///
+    /// Errors: widths that the model cannot compute with, or too few for any threshold.
+    pub fn with_state_bits(&self, current_bits: u8, voltage_bits: u8) -> Result<Self, ChipError> {
+        let mut chip = self.clone();
+        let a = &mut chip.arithmetic;
+        a.current_bits = current_bits.saturating_sub(1);
+        a.voltage_bits = voltage_bits.saturating_sub(1);
+        let threshold_bits = a.voltage_bits.saturating_sub(a.threshold_shift);
+        a.threshold_mantissa_bits = a.threshold_mantissa_bits.min(threshold_bits);
+        if chip != *self {
+            chip.name = format!("{}/u{current_bits}/v{voltage_bits}", self.name);
+        }
+        chip.check()?;
+        Ok(chip)
+    }
+
     /// Cost table by name.
     pub fn cost_table(&self, name: &str) -> Option<&CostTable> {
         self.cost_tables.iter().find(|table| table.name == name)

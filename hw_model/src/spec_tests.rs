@@ -63,3 +63,20 @@ fn barrier_points_out_of_order_or_missing_are_refused() {
         format!("{field} = [(2.0, 5.0), (2.0, 6.0)], {limit}")
     );
 }
+
+#[test]
+fn narrower_registers_narrow_the_threshold_too() {
+    let loihi = ChipSpec::loihi1();
+    assert_eq!(loihi.with_state_bits(24, 24).unwrap(), loihi);
+    let chip = loihi.with_state_bits(20, 16).unwrap();
+    let a = &chip.arithmetic;
+    assert_eq!((a.current_bits, a.voltage_bits, a.threshold_mantissa_bits), (19, 15, 9));
+    assert_eq!(chip.name, "loihi1/u20/v16");
+    // The largest threshold can still be exceeded.
+    assert!(a.threshold_mantissa_max() << a.threshold_shift < (1 << a.voltage_bits) - 1);
+    let error = loihi.with_state_bits(24, 7).unwrap_err().to_string();
+    let part = "loihi1/u24/v7: arithmetic.threshold_mantissa_bits = 0, must be 1..=24";
+    assert!(error.contains(part), "{error}");
+    let error = loihi.with_state_bits(0, 24).unwrap_err().to_string();
+    assert!(error.contains("arithmetic.current_bits = 0, must be 1..=30"), "{error}");
+}

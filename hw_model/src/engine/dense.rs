@@ -5,11 +5,12 @@
 
 use std::sync::Arc;
 
-use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps};
+use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults};
 use crate::compartment::{CompartmentParams, CompartmentState, Widths, update};
 use crate::core_map::{Core, CoreMap};
 use crate::counters::OpCounts;
-use crate::id::{CompartmentIdx, CoreId};
+use crate::faults::Faults;
+use crate::id::{AxonIdx, CompartmentIdx, CoreId};
 use crate::synapse::SynapseForm;
 
 /// Runs a map the obvious way.
@@ -21,6 +22,9 @@ pub struct DenseEngine {
     state: Vec<Vec<CompartmentState>>,
     /// Spikes that arrive in the next step: how often on each axon of each core.
     arriving: Vec<Vec<u32>>,
+    /// Messages that would arrive at each core in the next step, had they not been lost.
+    lost: Vec<u64>,
+    faults: Faults,
     /// Which cores are held.
     held: Vec<bool>,
     /// Axons that share their list with another axon, by core and list.
@@ -30,6 +34,12 @@ pub struct DenseEngine {
     barriers_ps: Vec<u64>,
     time_ps: Vec<u64>,
     now: u64,
+}
+
+/// What is sent in a step: how often to each axon of each core, and what is lost on the way there.
+struct Leaving {
+    axons: Vec<Vec<u32>>,
+    lost: Vec<u64>,
 }
 
 impl DenseEngine {
@@ -46,6 +56,8 @@ impl DenseEngine {
                 .map(|c| vec![CompartmentState::default(); c.compartments()])
                 .collect(),
             arriving: map.cores().iter().map(|core| vec![0; core.axons_in.len()]).collect(),
+            lost: vec![0; map.cores().len()],
+            faults: Faults::default(),
             held: vec![false; map.cores().len()],
             shared: map.cores().iter().map(shared_lists).collect(),
             counts: vec![OpCounts::default(); map.cores().len()],
@@ -59,10 +71,14 @@ impl DenseEngine {
 
     fn step(&mut self, injected: &[(u32, u32)], record: &mut SpikeRecord) {
         let before = self.counts.clone();
-        let mut leaving: Vec<Vec<u32>> =
-            self.arriving.iter().map(|axons| vec![0; axons.len()]).collect();
+        let axons = self.arriving.iter().map(|axons| vec![0; axons.len()]).collect();
+        let mut leaving = Leaving { axons, lost: vec![0; self.lost.len()] };
         let map = Arc::clone(&self.map);
         for (core_id, core) in map.cores().iter().enumerate() {
+            if self.faults.is_dead(core_id) {
+                continue;
+            }
+            self.counts[core_id].messages_lost += self.lost[core_id];
             if self.held[core_id] {
                 let lost = self.arriving[core_id].iter().map(|spikes| u64::from(*spikes));
                 self.counts[core_id].deliveries_while_held += lost.sum::<u64>();
@@ -72,7 +88,7 @@ impl DenseEngine {
             self.update_core(core_id, core, &input, &mut leaving, record);
         }
         self.inject(injected, &mut leaving);
-        self.arriving = leaving;
+        (self.arriving, self.lost) = (leaving.axons, leaving.lost);
         self.chip_counts.barriers += 1;
         self.add_time(&before);
         self.now += 1;
@@ -107,7 +123,7 @@ impl DenseEngine {
         core_id: usize,
         core: &Core,
         input: &[i64],
-        leaving: &mut [Vec<u32>],
+        leaving: &mut Leaving,
         record: &mut SpikeRecord,
     ) {
         for (compartment, input) in input.iter().enumerate() {
@@ -132,11 +148,11 @@ impl DenseEngine {
         }
     }
 
-    fn send(&mut self, core: &Core, from: (CoreId, CompartmentIdx), leaving: &mut [Vec<u32>]) {
+    fn send(&mut self, core: &Core, from: (CoreId, CompartmentIdx), leaving: &mut Leaving) {
         let mesh = &self.map.chip().mesh;
         let (x, y) = mesh.tile(from.0.0);
         for axon in core.axons_out.iter().filter(|axon| axon.compartment == from.1) {
-            leaving[axon.core.index()][axon.axon.index()] += 1;
+            self.message((from.0.index(), from.1.index()), (axon.core, axon.axon), leaving);
             let (to_x, to_y) = mesh.tile(axon.core.0);
             let counts = &mut self.counts[from.0.index()];
             counts.messages += 1;
@@ -146,11 +162,22 @@ impl DenseEngine {
         }
     }
 
-    fn inject(&mut self, injected: &[(u32, u32)], leaving: &mut [Vec<u32>]) {
+    /// A message on its way, or lost.
+    fn message(&self, from: (usize, usize), to: (CoreId, AxonIdx), leaving: &mut Leaving) {
+        let (core, axon) = (to.0.index(), to.1);
+        match self.faults.loss(self.now) {
+            Some(loss) if loss.takes(from.0, from.1, core, axon.0) => leaving.lost[core] += 1,
+            _ => leaving.axons[core][axon.index()] += 1,
+        }
+    }
+
+    fn inject(&mut self, injected: &[(u32, u32)], leaving: &mut Leaving) {
+        let map = Arc::clone(&self.map);
         for (port, line) in injected {
-            for target in &self.map.ports()[*port as usize].targets {
+            let from = (map.cores().len() + *port as usize, *line as usize);
+            for target in &map.ports()[*port as usize].targets {
                 if target.line == *line {
-                    leaving[target.core.index()][target.axon.index()] += 1;
+                    self.message(from, (target.core, target.axon), leaving);
                     self.chip_counts.host_injections += 1;
                 }
             }
@@ -215,6 +242,7 @@ impl Engine for DenseEngine {
             core.fill(CompartmentState::default());
         }
         self.arriving.iter_mut().for_each(|axons| axons.fill(0));
+        self.lost.fill(0);
     }
 
     fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
@@ -223,6 +251,7 @@ impl Engine for DenseEngine {
             self.state[core].fill(CompartmentState::default());
             if spikes {
                 self.arriving[core].fill(0);
+                self.lost[core] = 0;
             }
         }
     }
@@ -230,6 +259,11 @@ impl Engine for DenseEngine {
     fn set_held(&mut self, cores: &[CoreId], held: bool) {
         cores.iter().for_each(|core| self.held[core.index()] = held);
         self.chip_counts.management_writes += cores.len() as u64;
+    }
+
+    fn set_faults(&mut self, faults: Faults) {
+        check_faults(&self.map, self.now, &faults);
+        self.faults = faults;
     }
 
     fn count_host_reads(&mut self, n: u64) {

@@ -10,12 +10,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::barrier::StepBarrier;
 use super::lanes::{self, BLOCK, BlockCounts, Lanes, update_block};
-use super::plan::{CorePlan, Plan, RowShape, SendCost};
-use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps};
+use super::plan::{CorePlan, Link, Plan, RowShape, SendCost};
+use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults};
 use crate::compartment::{CompartmentState, Widths};
 use crate::core_map::CoreMap;
 use crate::cost::CostTable;
 use crate::counters::OpCounts;
+use crate::faults::{Faults, Loss};
 use crate::id::{CompartmentIdx, CoreId};
 
 /// Runs a map by its events.
@@ -28,6 +29,7 @@ pub struct EventEngine {
     shares: Vec<usize>,
     cores: Vec<CoreRun>,
     spikes: [SpikeSets; 2],
+    faults: Faults,
     chip_counts: OpCounts,
     barriers_ps: Vec<u64>,
     time_ps: Vec<u64>,
@@ -95,6 +97,7 @@ impl EventEngine {
             shares: plan.shares(threads),
             cores: plan.cores.iter().map(core).collect(),
             spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
+            faults: Faults::default(),
             chip_counts: OpCounts::default(),
             time_ps: vec![0; barriers_ps.len()],
             barriers_ps,
@@ -104,7 +107,7 @@ impl EventEngine {
         }
     }
 
-    /// A second engine on the same map at step 0; weights and routing are shared.
+    /// A second engine on the same map at step 0, without faults; weights and routing are shared.
     pub fn fresh(&self) -> Self {
         let cores = self.cores.iter().map(|core| CoreRun::new(core.current.len())).collect();
         Self {
@@ -117,6 +120,7 @@ impl EventEngine {
                 SpikeSets::new(&self.plan.source_sizes),
                 SpikeSets::new(&self.plan.source_sizes),
             ],
+            faults: Faults::default(),
             chip_counts: OpCounts::default(),
             barriers_ps: self.barriers_ps.clone(),
             time_ps: vec![0; self.time_ps.len()],
@@ -133,6 +137,7 @@ struct Run<'a> {
     /// Whether the vector path computes the same for these widths.
     fast: bool,
     spikes: &'a [SpikeSets; 2],
+    faults: &'a Faults,
     stimulus: &'a Stimulus,
     barrier: StepBarrier,
     start: u64,
@@ -157,16 +162,21 @@ impl Run<'_> {
                 0 => [&self.spikes[1], &self.spikes[0]],
                 _ => [&self.spikes[0], &self.spikes[1]],
             };
+            // What arrives now was sent in the step before.
+            let loss = now.checked_sub(1).and_then(|sent| self.faults.loss(sent));
             share.slowest_ps.resize((step + 1) * tables, 0);
             for (offset, core) in cores.iter_mut().enumerate() {
                 let core_id = first + offset;
+                if self.faults.is_dead(core_id) {
+                    continue;
+                }
                 let counted = core.counts;
                 let plan = &self.plan.cores[core_id];
                 let spikes = &under_way.sources[core_id];
                 if core.held {
-                    core.lose_spikes(plan, before, spikes);
+                    core.lose_spikes(plan, before, loss, spikes);
                 } else {
-                    let delivered = core.deliver_spikes(plan, before);
+                    let delivered = core.deliver_spikes(plan, before, loss);
                     core.update_compartments(plan, &self.widths, self.fast, delivered, spikes);
                 }
                 if record.wants(CoreId(core_id as u16)) {
@@ -216,29 +226,42 @@ impl CoreRun {
     }
 
     /// A step of a held core: counts the spikes that arrive, and makes none.
-    fn lose_spikes(&mut self, plan: &CorePlan, before: &SpikeSets, spikes: &[AtomicU64]) {
+    fn lose_spikes(
+        &mut self,
+        plan: &CorePlan,
+        before: &SpikeSets,
+        loss: Option<Loss>,
+        spikes: &[AtomicU64],
+    ) {
         spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
         if std::mem::take(&mut self.deaf) {
             return;
         }
         for link in &plan.links {
             before.for_each(link.source, |unit| {
-                let axons = link.starts[unit + 1] - link.starts[unit];
-                self.counts.deliveries_while_held += u64::from(axons);
+                let axons = link.axons_of(unit).iter();
+                let lost = axons.clone().filter(|axon| link.loses(loss, unit, **axon)).count();
+                self.counts.messages_lost += lost as u64;
+                self.counts.deliveries_while_held += (axons.len() - lost) as u64;
             });
         }
     }
 
     /// Adds the weights of all spikes that arrive; true when there were any.
-    fn deliver_spikes(&mut self, plan: &CorePlan, before: &SpikeSets) -> bool {
+    fn deliver_spikes(&mut self, plan: &CorePlan, before: &SpikeSets, loss: Option<Loss>) -> bool {
         if std::mem::take(&mut self.deaf) {
             return false;
         }
         let deliveries = self.counts.axon_deliveries;
         for link in &plan.links {
             before.for_each(link.source, |unit| {
-                let range = link.starts[unit] as usize..link.starts[unit + 1] as usize;
-                link.axons[range].iter().for_each(|axon| self.accumulate(plan, *axon));
+                for axon in link.axons_of(unit) {
+                    if link.loses(loss, unit, *axon) {
+                        self.counts.messages_lost += 1;
+                    } else {
+                        self.accumulate(plan, *axon);
+                    }
+                }
             });
         }
         self.counts.axon_deliveries != deliveries
@@ -375,6 +398,7 @@ impl Engine for EventEngine {
             widths: self.widths,
             fast: lanes::fits(&self.widths),
             spikes: &self.spikes,
+            faults: &self.faults,
             stimulus,
             barrier: StepBarrier::new(workers),
             start: self.now,
@@ -439,8 +463,27 @@ impl Engine for EventEngine {
         self.chip_counts.management_writes += cores.len() as u64;
     }
 
+    fn set_faults(&mut self, faults: Faults) {
+        check_faults(&self.map, self.now, &faults);
+        self.faults = faults;
+    }
+
     fn count_host_reads(&mut self, n: u64) {
         self.chip_counts.host_reads += n;
+    }
+}
+
+impl Link {
+    /// Input axons that a spike of `unit` goes to.
+    #[inline]
+    fn axons_of(&self, unit: usize) -> &[u16] {
+        &self.axons[self.starts[unit] as usize..self.starts[unit + 1] as usize]
+    }
+
+    /// Whether the message of `unit` to `axon` is lost.
+    #[inline]
+    fn loses(&self, loss: Option<Loss>, unit: usize, axon: u16) -> bool {
+        loss.is_some_and(|loss| loss.takes(self.source, unit, self.target, axon))
     }
 }
 

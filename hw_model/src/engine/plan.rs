@@ -81,6 +81,8 @@ pub(super) enum RowShape {
 #[derive(Debug)]
 pub(super) struct Link {
     pub(super) source: usize,
+    /// The core.
+    pub(super) target: usize,
     /// Axons of source unit `i` are `axons[starts[i]..starts[i + 1]]`.
     pub(super) starts: Vec<u32>,
     pub(super) axons: Vec<u16>,
@@ -299,7 +301,8 @@ fn add_links(
     for edges in edges.chunk_by(|a, b| a.0 == b.0) {
         let starts = (0..=size).map(|unit| edges.partition_point(|e| e.1 < unit) as u32).collect();
         let axons = edges.iter().map(|edge| edge.2).collect();
-        links[edges[0].0].push(Link { source, starts, axons });
+        let target = edges[0].0;
+        links[target].push(Link { source, target, starts, axons });
     }
 }
 

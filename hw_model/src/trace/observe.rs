@@ -115,13 +115,13 @@ pub fn state_digest(engine: &dyn Engine, core: CoreId) -> String {
     digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Counters that are left out while they are 0: only held cores have them.
-const OF_HELD_CORES: [&str; 2] = ["management_writes", "deliveries_while_held"];
+/// Counters that are left out while they are 0: only held cores and faulty chips have them.
+const RARE: [&str; 3] = ["management_writes", "deliveries_while_held", "messages_lost"];
 
 /// Every counter of the whole chip, then the modelled time by every cost table.
 pub fn total_lines(engine: &dyn Engine) -> Vec<String> {
     let totals = engine.total_counts().named().into_iter();
-    let totals = totals.filter(|(name, count)| *count > 0 || !OF_HELD_CORES.contains(name));
+    let totals = totals.filter(|(name, count)| *count > 0 || !RARE.contains(name));
     let totals = totals.map(|(counter, count)| format!("total {counter} {count}"));
     let tables = engine.map().chip().cost_tables.iter().zip(engine.chip_time_ps());
     totals.chain(tables.map(|(table, ps)| format!("time {} ps {ps}", table.name))).collect()

@@ -7,26 +7,28 @@ use hw_model::core_map::Core;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, observe, total_lines};
-use hw_model::{ChipSpec, CoreMap, CoreMapParts, DenseEngine, Engine, EventEngine, OpCounts};
+use hw_model::{
+    ChipSpec, CoreMap, CoreMapParts, DenseEngine, Engine, EventEngine, Faults, OpCounts,
+};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 use crate::random_map::{config, recipe, sorted, spikes, stimulus};
 
-const STEPS: usize = 24;
-const THREADS: [usize; 4] = [1, 2, 3, 5];
+pub(crate) const STEPS: usize = 24;
+pub(crate) const THREADS: [usize; 4] = [1, 2, 3, 5];
 
-fn dense(map: &Arc<CoreMap>) -> Box<dyn Engine> {
+pub(crate) fn dense(map: &Arc<CoreMap>) -> Box<dyn Engine> {
     Box::new(DenseEngine::new(Arc::clone(map)))
 }
 
-fn event(map: &Arc<CoreMap>, threads: usize) -> Box<dyn Engine> {
+pub(crate) fn event(map: &Arc<CoreMap>, threads: usize) -> Box<dyn Engine> {
     Box::new(EventEngine::with_threads(Arc::clone(map), threads))
 }
 
 /// Everything that can be seen of an engine after a run, as text.
-fn seen(engine: &dyn Engine, record: &SpikeRecord) -> Vec<String> {
+pub(crate) fn seen(engine: &dyn Engine, record: &SpikeRecord) -> Vec<String> {
     let mut lines: Vec<String> = record.spikes.iter().map(|s| format!("{s:?}")).collect();
     for (core, of_core) in engine.map().cores().iter().enumerate() {
         lines.extend((0..of_core.compartments()).map(|cx| {
@@ -39,7 +41,7 @@ fn seen(engine: &dyn Engine, record: &SpikeRecord) -> Vec<String> {
     lines
 }
 
-fn run_whole(mut engine: Box<dyn Engine>, stimulus: &Stimulus) -> Vec<String> {
+pub(crate) fn run_whole(mut engine: Box<dyn Engine>, stimulus: &Stimulus) -> Vec<String> {
     let mut record = SpikeRecord::all(engine.map());
     engine.run(stimulus, &mut record);
     seen(engine.as_ref(), &record)
@@ -169,7 +171,7 @@ fn shifted_run(engine: &mut dyn Engine, stimulus: &Stimulus) -> (Vec<String>, Op
 
 /// A run in which the management processor does something before some steps: (step, cores as
 /// bits, clear, hold, release or clear the state alone).
-fn ordered_run(
+pub(crate) fn ordered_run(
     engine: &mut dyn Engine,
     stimulus: &Stimulus,
     orders: &[(usize, u16, u8)],
@@ -388,6 +390,7 @@ fn random_maps_use_every_counter() {
         let (recipe, raw) = (recipe(), spikes(STEPS)).new_tree(&mut runner).unwrap().current();
         let map = Arc::new(recipe.build());
         let mut engine = EventEngine::new(Arc::clone(&map));
+        engine.set_faults(Faults::new(1, 100_000, []).unwrap());
         engine.run(&stimulus(&map, STEPS, &raw), &mut SpikeRecord::none());
         engine.set_held(&[CoreId(0)], true);
         engine.run(&stimulus(&map, STEPS, &raw), &mut SpikeRecord::none());

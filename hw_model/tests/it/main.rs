@@ -2,6 +2,7 @@
 
 mod container;
 mod differential;
+mod faults;
 mod limits;
 mod map_text;
 mod random_map;

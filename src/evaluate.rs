@@ -2,6 +2,7 @@
 
 mod agreement;
 mod condition;
+mod damage;
 mod driver;
 mod recording;
 
@@ -9,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use agreement::{Agreement, AgreementError, Comparison, LayerAgreement};
 pub use condition::{CONDITIONS, Condition};
+pub use damage::{Damage, DamageError};
 pub use driver::{Driver, DriverKind, EngineKind};
 pub use recording::{RASTER_NEURONS_MAX, Recording, Tick, check_recordable, record};
 
@@ -120,7 +122,7 @@ fn fly_one(
     streams: Streams,
     trial: usize,
 ) -> Result<Flown, ConfigError> {
-    let mut active = driver.start();
+    let mut active = driver.start(&streams);
     let outcome = run_trial(world, pair.start, pair.goal, config, active.policy(), streams)?;
     Ok(Flown { trial, outcome, chip: active.chip_use() })
 }

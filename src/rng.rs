@@ -30,6 +30,12 @@ pub mod stream {
     pub const DVS_START: &str = "dvs.start";
     /// Noise events of the event camera, one stream per physics step.
     pub const DVS_NOISE: &str = "dvs.noise";
+    /// Seed of the messages that a faulty chip loses, one chip for each trial.
+    pub const FAULTS_MESSAGES: &str = "faults.messages";
+    /// Seed of the dead synapses of a faulty chip.
+    pub const FAULTS_SYNAPSES: &str = "faults.synapses";
+    /// Order in which cores of a faulty chip die.
+    pub const FAULTS_CORES: &str = "faults.cores";
     /// Stimuli made by the trace tool and by benches.
     pub const STIMULUS: &str = "stimulus";
     /// Initial weights, one counter value per tensor.

@@ -13,7 +13,7 @@ use hw_model::ChipSpec;
 
 use crate::compile::error::CompileError;
 use crate::compile::graph::{GraphPopulation, IntegerGraph, Mantissas, Projection, Signs, Source};
-use crate::compile::policy::Policy;
+use crate::compile::policy::{Policy, WEIGHT_BITS_MAX};
 use crate::compile::quantize::{BIAS_PORT, QuantizedLayer, population, quantize_layer, transposed};
 use crate::net::Layer;
 use crate::net::conv2d::{Conv2d, Shape};
@@ -143,10 +143,18 @@ impl Builder<'_> {
             target,
             mantissas: Mantissas::Dense(of_neurons.collect()),
             signs: self.signs,
+            weight_bits: WEIGHT_BITS_MAX,
             exponent: quantized.bias_exponent,
         };
-        let (signs, exponent) = (self.signs, quantized.exponent);
-        let weights = Projection { sources, first_source: 0, target, mantissas, signs, exponent };
+        let weights = Projection {
+            sources,
+            first_source: 0,
+            target,
+            mantissas,
+            signs: self.signs,
+            weight_bits: self.policy.weight_bits,
+            exponent: quantized.exponent,
+        };
         self.graph.projections.extend([weights, bias]);
         self.layers.push((layer.name.clone(), quantized));
         Source::Population(target)

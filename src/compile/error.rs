@@ -14,6 +14,14 @@ pub enum CompileError {
         /// The names there are.
         known: String,
     },
+    /// Weights of a width that no format has.
+    #[error("weight bits = {bits}, must be {}..={}; choose a width between", limit.0, limit.1)]
+    WeightBits {
+        /// The width asked for.
+        bits: u8,
+        /// Smallest and largest.
+        limit: (u8, u8),
+    },
     /// A threshold has no register value.
     #[error(
         "layer {layer}: threshold {threshold} -> mantissa {mantissa}, must be 1..={limit}; {advice}"

@@ -2,6 +2,7 @@
 
 use hw_model::weight::{SignMode, SynapseFormat};
 
+use crate::compile::policy::WEIGHT_BITS_MAX;
 use crate::net::integer::IntegerNet;
 
 pub use crate::net::integer::Mantissas;
@@ -81,8 +82,10 @@ pub struct Projection {
     /// The weights. A dense row `i` is that of unit `first_source + i`; a population with a
     /// convolution onto it is a picture, and is placed in tiles.
     pub mantissas: Mantissas,
-    /// Sign mode and exponent.
+    /// Sign mode.
     pub signs: Signs,
+    /// Bits of a stored weight, in mixed mode with the sign.
+    pub weight_bits: u8,
     /// Power of two that multiplies every mantissa.
     pub exponent: i8,
 }
@@ -90,16 +93,16 @@ pub struct Projection {
 /// How the weights of a projection are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signs {
-    /// One entry per axon in 8-bit mixed mode; dense or sparse, whichever is smaller.
+    /// One entry per axon in mixed mode; dense or sparse, whichever is smaller.
     Mixed,
-    /// An excitatory and an inhibitory entry per axon, 8 bit each; zero weights are not stored.
+    /// An excitatory and an inhibitory entry per axon; zero weights are not stored.
     Split,
 }
 
 impl Signs {
     /// The synapse formats that the storage needs.
-    pub fn formats(self, exponent: i8) -> Vec<SynapseFormat> {
-        let format = |sign_mode| SynapseFormat { sign_mode, weight_bits: 8, exponent };
+    pub fn formats(self, weight_bits: u8, exponent: i8) -> Vec<SynapseFormat> {
+        let format = |sign_mode| SynapseFormat { sign_mode, weight_bits, exponent };
         match self {
             Signs::Mixed => vec![format(SignMode::Mixed)],
             Signs::Split => vec![format(SignMode::Excitatory), format(SignMode::Inhibitory)],
@@ -159,6 +162,7 @@ impl From<IntegerNet> for IntegerGraph {
                 target,
                 mantissas: projection.weights,
                 signs: Signs::Mixed,
+                weight_bits: WEIGHT_BITS_MAX,
                 exponent: 0,
             });
         }

@@ -19,6 +19,7 @@ fn graph() -> IntegerGraph {
         target,
         mantissas,
         signs: Signs::Mixed,
+        weight_bits: 8,
         exponent: 0,
     };
     let conv = conv(6);

@@ -1,5 +1,7 @@
 //! How real weights become mantissas: named, so that every result can say which it used.
 
+use hw_model::weight::{SignMode, SynapseFormat};
+
 use crate::compile::error::CompileError;
 
 /// Rounding of a scaled weight to the grid of its format.
@@ -31,7 +33,7 @@ pub struct Policy {
     pub name: &'static str,
     /// What it does, in one line.
     pub about: &'static str,
-    /// One format for both signs (7 bits of magnitude) or one each (8 bits).
+    /// One format for both signs (one bit less of magnitude) or one each.
     pub split_signs: bool,
     /// Rounding of weights and biases.
     pub rounding: Rounding,
@@ -41,10 +43,25 @@ pub struct Policy {
     /// overflow; 0 otherwise. A larger exponent makes chip units finer beside the weights, so that
     /// thresholds and decays are cut less.
     pub largest_exponent: bool,
+    /// Bits of a stored weight, in mixed mode with the sign: [`Policy::with_weight_bits`]. Biases
+    /// are few and always have [`WEIGHT_BITS_MAX`].
+    pub weight_bits: u8,
+}
+
+/// Bits of the weights of every named policy, and of all biases.
+pub const WEIGHT_BITS_MAX: u8 = 8;
+/// With fewer, mixed mode has no weight but zero.
+const WEIGHT_BITS_MIN: u8 = 2;
+
+/// The mantissas that a format can tell apart: multiples of `step` up to `max`, of either sign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Grid {
+    pub(crate) step: f64,
+    pub(crate) max: f64,
 }
 
 /// All policies.
-pub const POLICIES: [Policy; 6] = [
+pub const POLICIES: [Policy; 7] = [
     Policy {
         name: "nearest",
         about: "split signs, nearest, scale from the weights and aligned to the threshold",
@@ -52,6 +69,7 @@ pub const POLICIES: [Policy; 6] = [
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAlignedToThreshold,
         largest_exponent: false,
+        weight_bits: WEIGHT_BITS_MAX,
     },
     Policy {
         name: "san",
@@ -60,6 +78,7 @@ pub const POLICIES: [Policy; 6] = [
         rounding: Rounding::TowardZero,
         scale: Scale::WeightsAndBias,
         largest_exponent: false,
+        weight_bits: WEIGHT_BITS_MAX,
     },
     Policy {
         name: "mixed",
@@ -68,6 +87,7 @@ pub const POLICIES: [Policy; 6] = [
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAlignedToThreshold,
         largest_exponent: false,
+        weight_bits: WEIGHT_BITS_MAX,
     },
     Policy {
         name: "fine",
@@ -76,6 +96,7 @@ pub const POLICIES: [Policy; 6] = [
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAlignedToThreshold,
         largest_exponent: true,
+        weight_bits: WEIGHT_BITS_MAX,
     },
     Policy {
         name: "diffused",
@@ -84,6 +105,16 @@ pub const POLICIES: [Policy; 6] = [
         rounding: Rounding::Diffused,
         scale: Scale::WeightsAlignedToThreshold,
         largest_exponent: false,
+        weight_bits: WEIGHT_BITS_MAX,
+    },
+    Policy {
+        name: "toward-zero",
+        about: "as nearest, but every weight is rounded toward zero",
+        split_signs: true,
+        rounding: Rounding::TowardZero,
+        scale: Scale::WeightsAlignedToThreshold,
+        largest_exponent: false,
+        weight_bits: WEIGHT_BITS_MAX,
     },
     Policy {
         name: "san-nearest",
@@ -92,6 +123,7 @@ pub const POLICIES: [Policy; 6] = [
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAndBias,
         largest_exponent: false,
+        weight_bits: WEIGHT_BITS_MAX,
     },
 ];
 
@@ -106,21 +138,49 @@ impl Policy {
         })
     }
 
-    /// Distance between mantissas.
-    pub(crate) fn step(&self) -> f64 {
-        if self.split_signs { 1.0 } else { 2.0 }
+    /// The same with weights of `bits` bits: the grid is coarser, the largest weight about the same.
+    ///
+    /// Errors: [`CompileError::WeightBits`] for fewer than 2 or more than 8. What widths there are
+    /// is for the chip to say, when a map is made.
+    pub fn with_weight_bits(self, bits: u8) -> Result<Self, CompileError> {
+        if !(WEIGHT_BITS_MIN..=WEIGHT_BITS_MAX).contains(&bits) {
+            let limit = (WEIGHT_BITS_MIN, WEIGHT_BITS_MAX);
+            return Err(CompileError::WeightBits { bits, limit });
+        }
+        Ok(Self { weight_bits: bits, ..self })
     }
 
-    /// Largest magnitude of a mantissa.
-    pub(crate) fn mantissa_max(&self) -> f64 {
-        if self.split_signs { 255.0 } else { 254.0 }
+    /// Name, with the weight bits when they are not those of the named policy: `nearest-5`.
+    pub fn label(&self) -> String {
+        match self.weight_bits {
+            WEIGHT_BITS_MAX => self.name.to_owned(),
+            bits => format!("{}-{bits}", self.name),
+        }
+    }
+
+    /// Mantissas of weights.
+    pub(crate) fn weight_grid(&self) -> Grid {
+        self.grid(self.weight_bits)
+    }
+
+    /// Mantissas of biases.
+    pub(crate) fn bias_grid(&self) -> Grid {
+        self.grid(WEIGHT_BITS_MAX)
+    }
+
+    fn grid(&self, weight_bits: u8) -> Grid {
+        let sign_mode = if self.split_signs { SignMode::Excitatory } else { SignMode::Mixed };
+        let format = SynapseFormat { sign_mode, weight_bits, exponent: 0 };
+        let (step, (_, max)) = (format.mantissa_step(), format.mantissa_range());
+        Grid { step: f64::from(step), max: f64::from(max) }
     }
 
     /// The scaled weights of one neuron on the grid of the policy.
     pub(crate) fn round_row(&self, scaled: &[f64]) -> Vec<i16> {
+        let grid = self.weight_grid();
         let mut lost = 0.0;
         let diffuse = |weight: &f64| {
-            let mantissa = self.round(weight + lost);
+            let mantissa = self.round(weight + lost, grid);
             if self.rounding == Rounding::Diffused {
                 lost += weight - f64::from(mantissa);
             }
@@ -129,12 +189,12 @@ impl Policy {
         scaled.iter().map(diffuse).collect()
     }
 
-    /// A scaled weight on the grid of the policy.
-    pub(crate) fn round(&self, scaled: f64) -> i16 {
+    /// A scaled weight or bias on its grid.
+    pub(crate) fn round(&self, scaled: f64, grid: Grid) -> i16 {
         let steps = match self.rounding {
-            Rounding::Nearest | Rounding::Diffused => (scaled / self.step()).round(),
-            Rounding::TowardZero => (scaled / self.step()).trunc(),
+            Rounding::Nearest | Rounding::Diffused => (scaled / grid.step).round(),
+            Rounding::TowardZero => (scaled / grid.step).trunc(),
         };
-        (steps * self.step()).clamp(-self.mantissa_max(), self.mantissa_max()) as i16
+        (steps * grid.step).clamp(-grid.max, grid.max) as i16
     }
 }

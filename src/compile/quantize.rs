@@ -11,7 +11,7 @@ use crate::compile::error::CompileError;
 use crate::compile::graph::{
     BiasRegisters, GraphPopulation, IntegerGraph, Mantissas, Projection, Signs, Source,
 };
-use crate::compile::policy::{Policy, Scale};
+use crate::compile::policy::{Policy, Scale, WEIGHT_BITS_MAX};
 use crate::net::network::RELAY_NAMES;
 use crate::net::{Layer, Network};
 
@@ -78,7 +78,7 @@ fn with_exponent(
     let (scale, bias_shift) = match policy.scale {
         Scale::WeightsAndBias => {
             let largest = max_magnitude(&layer.weights).max(max_magnitude(&layer.bias));
-            (policy.mantissa_max() / largest, 0)
+            (policy.weight_grid().max / largest, 0)
         }
         Scale::WeightsAlignedToThreshold => aligned_scale(layer, policy, unit),
     };
@@ -92,7 +92,10 @@ fn with_exponent(
             .chunks(layer.inputs)
             .flat_map(|row| policy.round_row(&scaled(row, scale)))
             .collect(),
-        bias: scaled(&layer.bias, bias_scale).iter().map(|b| policy.round(*b)).collect(),
+        bias: scaled(&layer.bias, bias_scale)
+            .iter()
+            .map(|b| policy.round(*b, policy.bias_grid()))
+            .collect(),
         bias_exponent: exponent + bias_shift as i8,
     })
 }
@@ -156,8 +159,9 @@ fn scaled(values: &[f32], scale: f64) -> Vec<f64> {
 fn aligned_scale(layer: &Layer, policy: &Policy, unit: f64) -> (f64, u32) {
     let (weight_max, bias_max) = (max_magnitude(&layer.weights), max_magnitude(&layer.bias));
     // A layer without weights is scaled by its bias.
-    let largest = policy.mantissa_max() / if weight_max > 0.0 { weight_max } else { bias_max };
-    let bias_limit = |shift: u32| policy.mantissa_max() * f64::from(1u32 << shift);
+    let (weights, biases) = (policy.weight_grid().max, policy.bias_grid().max);
+    let largest = if weight_max > 0.0 { weights / weight_max } else { biases / bias_max };
+    let bias_limit = |shift: u32| biases * f64::from(1u32 << shift);
     let largest = largest.min(bias_limit(BIAS_SHIFT_MAX) / bias_max);
     let whole = (layer.threshold * largest * unit).floor();
     let scale = if whole >= 1.0 { whole / unit / layer.threshold } else { largest };
@@ -221,6 +225,7 @@ pub fn quantize(
                 layer.inputs,
             )),
             signs,
+            weight_bits: policy.weight_bits,
             exponent: quantized.exponent,
         });
         graph.projections.push(Projection {
@@ -229,6 +234,7 @@ pub fn quantize(
             target,
             mantissas: Mantissas::Dense(quantized.bias.clone()),
             signs,
+            weight_bits: WEIGHT_BITS_MAX,
             exponent: quantized.bias_exponent,
         });
         source = Source::Population(target);
@@ -268,6 +274,7 @@ fn add_relay(graph: &mut IntegerGraph, port: usize, name: &str) -> Source {
         target,
         mantissas: Mantissas::Dense(mantissas),
         signs: Signs::Split,
+        weight_bits: WEIGHT_BITS_MAX,
         exponent: 0,
     });
     Source::Population(target)

@@ -1,4 +1,8 @@
+use hw_model::weight::{SignMode, SynapseFormat};
+use proptest::prelude::*;
+
 use super::*;
+use crate::compile::policy::{POLICIES, Rounding};
 use crate::net::builtin;
 
 fn layer(weights: Vec<f32>, bias: Vec<f32>, threshold: f64) -> Layer {
@@ -79,7 +83,7 @@ fn a_layer_of_zeros_has_no_scale() {
 fn an_unknown_policy_lists_what_there_is() {
     assert_eq!(
         Policy::named("best").unwrap_err().to_string(),
-        "policy best: no such policy (there is: nearest, san, mixed, fine, diffused, san-nearest)"
+        "policy best: no such policy (there is: nearest, san, mixed, fine, diffused, toward-zero, san-nearest)"
     );
 }
 
@@ -95,4 +99,64 @@ fn bias_lines_reach_every_neuron_with_a_bias_and_no_other() {
     };
     assert_eq!(of_layer(0), [-1, -1, -1, -1, 0, 0]);
     assert_eq!(of_layer(1), [1, 1]);
+}
+
+/// Weights of one layer, 12 inputs for each neuron, with one that is largest.
+fn rows() -> impl Strategy<Value = Vec<f32>> {
+    let weights = prop::collection::vec(-1.0f32..1.0, 24);
+    (weights, 0.05f32..20.0).prop_map(|(weights, size)| weights.iter().map(|w| w * size).collect())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+
+    #[test]
+    fn weights_of_every_width_are_on_their_grid_and_near_enough(
+        weights in rows(),
+        bias in prop::collection::vec(-1.0f32..1.0, 2),
+        policy in prop::sample::select(POLICIES.to_vec()),
+        bits in 2..=8u8,
+    ) {
+        let policy = policy.with_weight_bits(bits).unwrap();
+        let exact = layer(weights, bias, 0.5);
+        let q = match quantize_layer(&exact, &policy, &ChipSpec::loihi1()) {
+            Ok(q) => q,
+            // A threshold far below or above the weights.
+            Err(error) => {
+                prop_assert!(error.to_string().contains("the threshold is too "), "{error}");
+                return Ok(());
+            }
+        };
+        let (signs, grid) = if policy.split_signs {
+            (vec![SignMode::Excitatory, SignMode::Inhibitory], 1 << (8 - bits))
+        } else {
+            (vec![SignMode::Mixed], 1 << (9 - bits))
+        };
+        let format = |sign_mode, weight_bits| SynapseFormat { sign_mode, weight_bits, exponent: 0 };
+        let held = |mantissa: &i16, bits| {
+            signs.iter().any(|signs| format(*signs, bits).holds(i32::from(*mantissa)))
+        };
+        prop_assert!(q.weights.iter().all(|m| held(m, bits)), "{:?}", q.weights);
+        prop_assert!(q.bias.iter().all(|m| held(m, 8)), "{:?}", q.bias);
+        // Half a step to nearest, a whole one toward zero; what is diffused adds another half.
+        let error_max = match policy.rounding {
+            Rounding::Nearest => 0.5,
+            Rounding::TowardZero | Rounding::Diffused => 1.0,
+        } * f64::from(grid) + 1e-3;
+        for (weight, mantissa) in scaled(&exact.weights, q.scale).iter().zip(&q.weights) {
+            let error = (weight - f64::from(*mantissa)).abs();
+            prop_assert!(error <= error_max, "{weight} -> {mantissa}: {error} > {error_max}");
+        }
+    }
+}
+
+#[test]
+fn widths_that_no_format_has_are_refused() {
+    let nearest = Policy::named("nearest").unwrap();
+    for bits in [0, 1, 9, 255] {
+        let error = nearest.with_weight_bits(bits).unwrap_err().to_string();
+        assert_eq!(error, format!("weight bits = {bits}, must be 2..=8; choose a width between"));
+    }
+    let labels = [8, 5].map(|bits| nearest.with_weight_bits(bits).unwrap().label());
+    assert_eq!(labels, ["nearest", "nearest-5"]);
 }

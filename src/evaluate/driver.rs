@@ -8,11 +8,13 @@ use crate::closed_loop::planner::Knowledge;
 use crate::closed_loop::{StraightToGoal, TrialConfig};
 use crate::coding::LayerSpikes;
 use crate::evaluate::FlyError;
+use crate::evaluate::damage::{Damage, DamageError};
 use crate::host::{ChipPolicy, ChipUse, Deployment, EemSanChipPolicy, Schedule};
 use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::net::{Controller, Network};
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::{EemSanPolicy, FloatPolicy};
+use crate::rng::Streams;
 
 /// Which engine runs a core map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +38,8 @@ pub enum DriverKind {
         deployment: Box<Deployment>,
         /// An engine at step 0 that each trial copies; `None` for the dense engine.
         template: Option<Box<EventEngine>>,
+        /// What is broken of the chip.
+        damage: Damage,
     },
     /// Steers at the goal and sees nothing.
     Straight,
@@ -93,8 +97,24 @@ impl Driver {
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
         let digest = Some(deployment.digest());
-        let kind = DriverKind::Chip { deployment: Box::new(deployment), template };
+        let (deployment, damage) = (Box::new(deployment), Damage::default());
+        let kind = DriverKind::Chip { deployment, template, damage };
         Some(Self { label, digest, kind })
+    }
+
+    /// The same compiled network on chips that are broken, a fresh one for each trial.
+    ///
+    /// Errors: a driver that is no chip, or whose engine is the dense one; a rate above one; more
+    /// dead cores than are in use.
+    pub fn damaged(mut self, broken: Damage) -> Result<Self, DamageError> {
+        match &mut self.kind {
+            DriverKind::Chip { deployment, template: Some(_), damage } => {
+                broken.check(&deployment.map)?;
+                *damage = broken;
+                Ok(self)
+            }
+            _ => Err(DamageError::NoChip { driver: self.label }),
+        }
     }
 
     /// The baseline that steers at the goal.
@@ -172,16 +192,17 @@ impl Driver {
         Ok(TrialConfig { camera: Some(camera), ..config.clone() })
     }
 
-    pub(super) fn start(&self) -> Active {
+    /// Ready for the trial of `streams`.
+    pub(super) fn start(&self, streams: &Streams) -> Active {
         match &self.kind {
             DriverKind::Float(policy) => Active::Other(policy.clone()),
             DriverKind::EemSan(policy) => Active::EemSan(policy.clone()),
             DriverKind::Straight | DriverKind::Planner(_) => {
                 Active::Other(Box::new(StraightToGoal))
             }
-            DriverKind::Chip { deployment, template } => {
+            DriverKind::Chip { deployment, template, damage } => {
                 let engine: Box<dyn Engine> = match template {
-                    Some(template) => Box::new(template.fresh()),
+                    Some(template) => Box::new(on_chip(template, damage, streams)),
                     None => Box::new(DenseEngine::new(Arc::clone(&deployment.map))),
                 };
                 let checked = "checked when the driver was made";
@@ -193,6 +214,14 @@ impl Driver {
             }
         }
     }
+}
+
+/// An engine on the chip of one trial.
+fn on_chip(template: &EventEngine, damage: &Damage, streams: &Streams) -> EventEngine {
+    let map = damage.map(template.map(), streams);
+    let mut engine = map.map_or_else(|| template.fresh(), |map| EventEngine::new(Arc::new(map)));
+    engine.set_faults(damage.faults(template.map().cores().len(), streams));
+    engine
 }
 
 impl Active {

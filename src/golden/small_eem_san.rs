@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use hw_model::engine::{Engine, SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, Observer, engines, total_lines};
-use hw_model::{ChipSpec, CoreMap, OpCounts, compartment::CompartmentState};
+use hw_model::{ChipSpec, CoreMap, Faults, OpCounts, compartment::CompartmentState};
 
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
@@ -118,6 +118,10 @@ impl Engine for Observed {
 
     fn set_held(&mut self, cores: &[CoreId], held: bool) {
         self.engine.set_held(cores, held);
+    }
+
+    fn set_faults(&mut self, faults: Faults) {
+        self.engine.set_faults(faults);
     }
 
     fn count_host_reads(&mut self, n: u64) {

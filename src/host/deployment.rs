@@ -128,7 +128,7 @@ impl Deployment {
         let scales = network.layers.iter().zip(&quantized.layers);
         Ok(Self {
             network: network.name.clone(),
-            policy: policy.name.to_owned(),
+            policy: policy.label(),
             program: Some(DecisionProgram::new(network, &quantized, &map)),
             eem_san: None,
             scales: scales.map(|(layer, q)| (layer.name.clone(), q.scale)).collect(),
@@ -156,7 +156,7 @@ impl Deployment {
         let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
         Ok(Self {
             network: network.name.clone(),
-            policy: policy.name.to_owned(),
+            policy: policy.label(),
             program: None,
             eem_san: Some(EemSanProgram::new(network, &quantized, &map, schedule)),
             scales: quantized.layers.into_iter().map(|(name, q)| (name, q.scale)).collect(),

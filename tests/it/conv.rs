@@ -58,6 +58,7 @@ fn projection(sources: &[Source], target: usize, mantissas: Mantissas) -> Projec
         target,
         mantissas,
         signs: Signs::Mixed,
+        weight_bits: 8,
         exponent: 0,
     }
 }

@@ -404,8 +404,11 @@ fn network() -> impl Strategy<Value = Network> {
 
 fn random() -> impl Strategy<Value = Random> {
     let per_core = prop::option::of(1usize..5);
-    (network(), prop::sample::select(POLICIES.to_vec()), per_core).prop_flat_map(
-        |(network, policy, neurons_per_core)| {
+    // The chip has no weights of 7 bits.
+    let bits = prop_oneof![Just(8u8), 2..=6u8];
+    (network(), prop::sample::select(POLICIES.to_vec()), bits, per_core).prop_flat_map(
+        |(network, policy, bits, neurons_per_core)| {
+            let policy = policy.with_weight_bits(bits).expect("a width that there is");
             let step = prop::collection::vec(any::<bool>(), 24);
             let decision = prop::collection::vec(step, network.steps as usize);
             prop::collection::vec(decision, 1..4).prop_map(move |input| Random {

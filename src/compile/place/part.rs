@@ -187,7 +187,7 @@ impl Part {
         runs: Vec<Run>,
         packing: &Packing,
     ) -> Vec<SynapseEntry> {
-        let formats = projection.signs.formats(projection.exponent);
+        let formats = projection.signs.formats(projection.weight_bits, projection.exponent);
         let ids: Vec<u8> = formats.into_iter().map(|format| self.format_id(format)).collect();
         match projection.signs {
             Signs::Mixed => {

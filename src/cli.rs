@@ -13,6 +13,7 @@ mod inspect;
 mod output;
 mod report;
 mod run;
+mod study;
 mod table5;
 mod thresholds;
 mod trace;
@@ -56,6 +57,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Run(args) => run::run(&args),
         Verb::Drive(args) => drive::run(&args),
         Verb::Evaluate(args) => evaluate::run(&args),
+        Verb::Study(args) => study::run(&args),
         Verb::Arena(args) => arena::run(&args),
         Verb::Thresholds(args) => thresholds::run(&args),
         Verb::Camera(args) => camera::run(&args),

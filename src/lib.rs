@@ -15,5 +15,6 @@ pub mod policy;
 pub mod reference;
 pub mod report;
 pub mod rng;
+pub mod study;
 pub mod train;
 pub mod world;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
 use spikeloop::evaluate::CONDITIONS;
+use spikeloop::study::AXES;
 use spikeloop::world::arena::EVALUATION_PAIRS;
 use spikeloop::world::pairs::PAIRS_MAX;
 use spikeloop::world::robot::Actuators;
@@ -46,6 +47,8 @@ pub(super) enum Verb {
     Camera(CameraArgs),
     /// The whole loop in one command: compile, drive float and chip, report
     Demo(DemoArgs),
+    /// What the controller can bear: fewer weight bits, narrower registers, faults of the chip
+    Study(StudyArgs),
     /// Draw an arena with the tracks of its movers
     Arena(ArenaArgs),
     /// Firing thresholds of networks by layer, as a table and a picture
@@ -146,7 +149,8 @@ pub(super) struct CompileArgs {
     /// Built-in chip, or a chip file (.toml)
     #[arg(long, default_value = "loihi1", value_name = "NAME|FILE")]
     pub(super) chip: String,
-    /// Quantization policy: nearest (the default), fine, diffused, mixed, san, san-nearest
+    /// Quantization policy: nearest (the default), fine, diffused, toward-zero, mixed,
+    /// san, san-nearest
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
     /// How an EEM-SAN's encoder and decision module share the chip's steps: held (the default), or
@@ -328,6 +332,55 @@ pub(super) struct EvaluateArgs {
     pub(super) json: Option<PathBuf>,
     /// Folder for pictures of the trajectories (.svg), one for each network, map and condition
     #[arg(long, value_name = "FOLDER")]
+    pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct StudyArgs {
+    /// EEM-SAN or laser-only weights (.safetensors), description file (.toml), or a built-in name
+    #[arg(default_value = "eem-san", value_name = "NETWORK")]
+    pub(super) network: String,
+    /// Trained weights (.safetensors) of a description
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// What to vary, everything by default; may be given several times
+    #[arg(
+        long = "axis",
+        value_name = "NAME",
+        value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name))
+    )]
+    pub(super) axes: Vec<String>,
+    /// Arena file or built-in name
+    #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
+    pub(super) map: String,
+    /// Condition
+    #[arg(
+        long,
+        default_value = CONDITIONS[0].name,
+        value_name = "NAME",
+        value_parser = PossibleValuesParser::new(CONDITIONS.map(|condition| condition.name))
+    )]
+    pub(super) condition: String,
+    /// Trials of every point, all the same ones: the first pairs of the evaluation
+    #[arg(long, default_value_t = 100, value_name = "N", value_parser = up_to(PAIRS_MAX))]
+    pub(super) trials: usize,
+    /// Seed of all random streams, faults included; the pairs have a seed of their own
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Control ticks before a trial is out of time
+    #[arg(long, default_value_t = 1000, value_name = "N")]
+    pub(super) ticks_max: u64,
+    /// Threads, each flying trials of its own; all cores by default
+    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
+    pub(super) threads: Option<usize>,
+    /// Keeps every finished point; a run that finds it goes on after the last one
+    #[arg(long, value_name = "FILE")]
+    pub(super) state: Option<PathBuf>,
+    /// Study to write
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Picture to write (.svg): a plot for each axis
+    #[arg(long, value_name = "FILE")]
     pub(super) plot: Option<PathBuf>,
 }
 

@@ -51,17 +51,17 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<Verdict, Failure> {
 }
 
 /// A map in both conditions, and its trials.
-struct Map {
+pub(super) struct Map {
     name: String,
-    digest: String,
+    pub(super) digest: String,
     moving: World,
     still: World,
-    pairs: Vec<Pair>,
+    pub(super) pairs: Vec<Pair>,
 }
 
 impl Map {
     /// Pairs are drawn with the movers there, so that all conditions fly the same ones.
-    fn open(name: &str, trials: usize) -> Result<Self, Failure> {
+    pub(super) fn open(name: &str, trials: usize) -> Result<Self, Failure> {
         let moving = World::new(Arena::open(name)?);
         let still = World::new(moving.arena().clone().without_movers());
         let streams = Streams::new(EVALUATION_SEED, 0);
@@ -70,7 +70,7 @@ impl Map {
         Ok(Self { name: name.to_owned(), digest, moving, still, pairs })
     }
 
-    fn world(&self, condition: &Condition) -> &World {
+    pub(super) fn world(&self, condition: &Condition) -> &World {
         if condition.movers { &self.moving } else { &self.still }
     }
 }
@@ -282,7 +282,7 @@ impl<'a> Evaluation<'a> {
 }
 
 /// Errs when a name occurs twice: rows of the table and pictures go by name.
-fn each_once(what: &str, names: &[String]) -> Result<(), Failure> {
+pub(super) fn each_once(what: &str, names: &[String]) -> Result<(), Failure> {
     for (index, name) in names.iter().enumerate() {
         if names[..index].contains(name) {
             return Err(format!("{what} {name}: given twice; leave one out").into());

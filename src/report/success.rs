@@ -8,6 +8,7 @@ use crate::closed_loop::TrialConfig;
 use crate::evaluate::CONDITIONS;
 use crate::report::bars::{Bar, bars};
 use crate::report::results::{CameraSettings, Summary};
+use crate::report::table_file::{TableError, check_settings, table_of};
 use crate::report::tables::plain;
 use crate::world::dvs::CameraConfig;
 
@@ -84,37 +85,9 @@ pub struct Cell {
 /// A table that cannot be used.
 #[derive(Debug, Error)]
 pub enum SuccessError {
-    /// Not JSON of the expected form.
-    #[error("{file}: not a table of `spikeloop evaluate` ({message}); give another file")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// What the reader found, with line and column.
-        message: String,
-    },
-    /// Written by another version of this program.
-    #[error("{file}: format {found} found, {SUCCESS_FORMAT} expected; evaluate again")]
-    Format {
-        /// The file.
-        file: String,
-        /// Format in the file.
-        found: u64,
-    },
-    /// Flown with other settings.
-    #[error(
-        "{file}: {name} is {found} there and {expected} here; give the same settings, or another \
-         file"
-    )]
-    Settings {
-        /// The file.
-        file: String,
-        /// Which setting.
-        name: String,
-        /// Its value in the file.
-        found: String,
-        /// Its value now.
-        expected: String,
-    },
+    /// Not a table, or one of another format or other settings.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// Flown with other weights or in another map.
     #[error(
         "{file}: {what} {name} has digest {found} there and {expected} here: it has changed; give \
@@ -182,15 +155,6 @@ impl SuccessSettings {
             camera: CameraSettings::new(camera),
         }
     }
-
-    /// Name of the first setting that differs, its value here and there.
-    fn difference(&self, other: &Self) -> Option<(String, String, String)> {
-        let [here, there] = [self, other]
-            .map(|settings| serde_json::to_value(settings).expect("settings have text keys"));
-        let (here, there) = (here.as_object()?, there.as_object()?);
-        let (name, value) = here.iter().find(|(name, value)| there.get(*name) != Some(value))?;
-        Some((name.clone(), value.to_string(), there.get(name)?.to_string()))
-    }
 }
 
 impl Cell {
@@ -219,20 +183,7 @@ impl SuccessTable {
     ///
     /// Errors: not a table, one of another format, or one whose counts do not add up.
     pub fn from_json(file: &str, text: &str) -> Result<Self, SuccessError> {
-        #[derive(Deserialize)]
-        struct Head {
-            format: u64,
-        }
-        let syntax = |e: serde_json::Error| SuccessError::Syntax {
-            file: file.to_owned(),
-            message: e.to_string(),
-        };
-        // The format first: another one has other fields.
-        let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
-        if found != u64::from(SUCCESS_FORMAT) {
-            return Err(SuccessError::Format { file: file.to_owned(), found });
-        }
-        let table: Self = serde_json::from_str(text).map_err(syntax)?;
+        let table: Self = table_of(file, text, "evaluate", SUCCESS_FORMAT)?;
         let trials = table.settings.trials;
         for (cell, flown) in table.cells.iter().enumerate() {
             let s = &flown.summary;
@@ -250,13 +201,7 @@ impl SuccessTable {
         file: &str,
         settings: &SuccessSettings,
     ) -> Result<(), SuccessError> {
-        let file = file.to_owned();
-        match settings.difference(&self.settings) {
-            Some((name, expected, found)) => {
-                Err(SuccessError::Settings { file, name, found, expected })
-            }
-            None => Ok(()),
-        }
+        Ok(check_settings(file, settings, &self.settings)?)
     }
 
     /// Errs when a cell of the table, read from `file`, was flown with another network or map than

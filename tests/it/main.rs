@@ -13,6 +13,7 @@ mod golden;
 mod nets;
 mod report;
 mod san;
+mod study;
 mod table5;
 mod tidy;
 mod train;

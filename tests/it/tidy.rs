@@ -33,7 +33,7 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Rooms of the main crate and the rooms that each may use.
-const ROOMS: [(&str, &[&str]); 18] = [
+const ROOMS: [(&str, &[&str]); 19] = [
     ("files", &[]),
     ("rng", &[]),
     ("npz", &["files"]),
@@ -49,7 +49,8 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("host", &["coding", "compile", "cost", "net", "policy", "rng"]),
     ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
     ("evaluate", &["closed_loop", "coding", "host", "net", "policy", "reference", "rng", "world"]),
-    ("report", &["closed_loop", "cost", "evaluate", "host", "policy", "world"]),
+    ("study", &["compile", "evaluate", "host", "net"]),
+    ("report", &["closed_loop", "cost", "evaluate", "host", "policy", "study", "world"]),
     (
         "golden",
         &[

@@ -1,0 +1,86 @@
+//! Result files that a run can go on from: read, and held against what is to be run.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+/// A result file that cannot be used.
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// Not JSON of the expected form.
+    #[error("{file}: not a table of `spikeloop {verb}` ({message}); give another file")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// The verb that writes such files.
+        verb: &'static str,
+        /// What the reader found, with line and column.
+        message: String,
+    },
+    /// Written by another version of this program.
+    #[error("{file}: format {found} found, {expected} expected; {verb} again")]
+    Format {
+        /// The file.
+        file: String,
+        /// The verb that writes such files.
+        verb: &'static str,
+        /// Format in the file.
+        found: u64,
+        /// Format that this program reads.
+        expected: u32,
+    },
+    /// Made with other settings.
+    #[error(
+        "{file}: {name} is {found} there and {expected} here; give the same settings, or another \
+         file"
+    )]
+    Settings {
+        /// The file.
+        file: String,
+        /// Which setting.
+        name: String,
+        /// Its value in the file.
+        found: String,
+        /// Its value now.
+        expected: String,
+    },
+}
+
+/// The text of a table of `verb`; `file` is the name that errors mention.
+///
+/// Errors: not a table, or one of another format.
+pub fn table_of<T: DeserializeOwned>(
+    file: &str,
+    text: &str,
+    verb: &'static str,
+    format: u32,
+) -> Result<T, TableError> {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        format: u64,
+    }
+    let file = || file.to_owned();
+    let syntax =
+        |e: serde_json::Error| TableError::Syntax { file: file(), verb, message: e.to_string() };
+    // The format first: another one has other fields.
+    let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
+    if found != u64::from(format) {
+        return Err(TableError::Format { file: file(), verb, found, expected: format });
+    }
+    serde_json::from_str(text).map_err(syntax)
+}
+
+/// Errs when `there`, read from `file`, differs from the settings `here`.
+pub fn check_settings<S: Serialize>(file: &str, here: &S, there: &S) -> Result<(), TableError> {
+    let Some((name, expected, found)) = difference(here, there) else { return Ok(()) };
+    Err(TableError::Settings { file: file.to_owned(), name, found, expected })
+}
+
+/// Name of the first setting that differs, its value here and there.
+fn difference<S: Serialize>(here: &S, there: &S) -> Option<(String, String, String)> {
+    let [here, there] = [here, there]
+        .map(|settings| serde_json::to_value(settings).expect("settings have text keys"));
+    let (here, there) = (here.as_object()?, there.as_object()?);
+    let (name, value) = here.iter().find(|(name, value)| there.get(*name) != Some(value))?;
+    Some((name.clone(), value.to_string(), there.get(name)?.to_string()))
+}

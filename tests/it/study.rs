@@ -1,0 +1,169 @@
+//! `spikeloop study`: its points, its state file, its picture.
+
+use serde_json::Value;
+use spikeloop::report::interval::wilson_95;
+
+use crate::bad_input::refused;
+use crate::cli::{Folder, assert_well_formed};
+
+/// Eight short points of the control that comes built in, one of which does not fly.
+const SMALL: &str = "study laser-only --axis bits --axis dead-cores --trials 2 --ticks-max 4";
+
+fn points(study: &Value) -> &Vec<Value> {
+    study["points"].as_array().expect("points")
+}
+
+#[test]
+fn a_study_has_a_row_for_every_value_and_a_plot_for_every_axis() {
+    let folder = Folder::new();
+    let ran = folder.good(&format!("{SMALL} --json out.json --plot out.svg"));
+    for part in [
+        "laser-only (digest ",
+        ") on map1, dynamic, 1.0 m/s, 20 Hz, 2 trials (pairs from seed 1), event camera off",
+        "bits 7: does not fly",
+        "bits 7 does not fly: core 0 (fuse.laser",
+        "weight bits = 7, must be one of [1, 2, 3, 4, 5, 6, 8]; choose a width that the chip has",
+        "| float network |",
+    ] {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+    let rows =
+        |name: &str| ran.out.lines().filter(|l| l.starts_with(&format!("| {name} "))).count();
+    assert_eq!((rows("bits"), rows("dead-cores")), (7, 5), "{}", ran.out);
+    let study = folder.json("out.json");
+    assert_eq!(study["settings"]["trials"], 2);
+    // Eight bits and no dead core are one point.
+    assert_eq!(points(&study).len(), 11);
+    let flown: Vec<&Value> = points(&study).iter().map(|p| &p["result"]["flown"]).collect();
+    assert_eq!(flown.iter().filter(|flown| flown.is_null()).count(), 1);
+    let words = |index: usize| flown[index]["synapse_words"].as_u64().unwrap();
+    assert!(words(0) > words(2), "8 bits take {} words, 6 bits {}", words(0), words(2));
+    assert_eq!(flown[0]["outcomes"], "tt", "four ticks get nowhere");
+    assert!(flown[0]["summary"]["chip"]["costs"]["sanafe"]["time_ps"].as_u64().unwrap() > 0);
+    let picture = String::from_utf8(folder.read("out.svg")).unwrap();
+    assert_well_formed(&picture);
+    assert_eq!(picture.matches("dead cores, of those in use").count(), 1);
+    assert_eq!(picture.matches(">x</text>").count(), 1);
+    let (low, high) = wilson_95(0, 2);
+    assert!(ran.out.contains(&format!("| {low:.2} to {high:.2} |")), "{}", ran.out);
+}
+
+#[test]
+fn a_study_goes_on_and_ends_as_one_that_was_not_interrupted_on_any_threads() {
+    let folder = Folder::new();
+    folder.good(&format!("{SMALL} --threads 1 --json whole.json"));
+    folder.good(&format!("{SMALL} --threads 2 --state s.json"));
+    // As if it had been killed after the float network and three points.
+    let mut state = folder.json("s.json");
+    assert_eq!(points(&state).len(), 11);
+    state["points"].as_array_mut().unwrap().truncate(3);
+    folder.write("s.json", state.to_string());
+    let ran = folder.good(&format!("{SMALL} --threads 2 --state s.json --json a.json"));
+    assert!(ran.out.contains("3 of 11 points are in the state file already"), "{}", ran.out);
+    assert_eq!(ran.out.matches(" of 2 (").count(), 8, "{}", ran.out);
+    assert!(folder.read("a.json") == folder.read("whole.json"));
+    // One axis more flies what is new alone, and a study is a state as well.
+    let line = SMALL.replace("--axis bits", "--axis lost-spikes");
+    let ran = folder.good(&format!("{line} --state whole.json"));
+    assert!(ran.out.contains("5 of 10 points are in the state file already"), "{}", ran.out);
+}
+
+#[test]
+fn every_kind_of_damage_changes_what_the_chip_does() {
+    let folder = Folder::new();
+    let axes = "--axis lost-spikes --axis dead-synapses --axis dead-cores";
+    folder.good(&format!("study laser-only {axes} --trials 2 --ticks-max 8 --json out.json"));
+    let study = folder.json("out.json");
+    let counters = |point: &Value| point["result"]["flown"]["summary"]["chip"]["counters"].clone();
+    let find = |name: &str, value: u32| {
+        let point = points(&study).iter().find(|p| p["variant"][name] == value);
+        counters(point.unwrap_or_else(|| panic!("no point with {name} {value}")))
+    };
+    let whole = counters(&points(&study)[0]);
+    assert_eq!(whole["messages_lost"], 0);
+    let lossy = find("messages_lost_per_million", 100_000);
+    let of = |counters: &Value, name: &str| counters[name].as_u64().unwrap() as f64;
+    let sent = of(&lossy, "messages_lost") + of(&lossy, "axon_deliveries");
+    let share = of(&lossy, "messages_lost") / sent;
+    assert!((0.08..0.12).contains(&share), "{share} of {sent} messages lost, not a tenth");
+    let dead = find("dead_synapses_per_million", 200_000);
+    assert_eq!(dead["messages_lost"], 0);
+    assert_ne!(dead["updates_spiking"], whole["updates_spiking"]);
+    let still = find("dead_cores", 4);
+    let updates = |c: &Value| {
+        ["updates_inactive", "updates_active", "updates_spiking"]
+            .map(|n| of(c, n))
+            .iter()
+            .sum::<f64>()
+    };
+    assert!(updates(&still) < updates(&whole));
+}
+
+#[test]
+fn a_state_of_other_settings_or_damaged_is_refused_and_stays() {
+    let folder = Folder::new();
+    folder.good(&format!("{SMALL} --state s.json"));
+    let good = String::from_utf8(folder.read("s.json")).unwrap();
+    let line = format!("{SMALL} --state s.json --json out.json --plot out.svg");
+    for (from, to, part) in [
+        (
+            "--trials 2",
+            "--trials 3",
+            "s.json: trials is 2 there and 3 here; give the same settings",
+        ),
+        ("--ticks-max 4", "--ticks-max 5", "s.json: ticks_max is 4 there and 5 here"),
+        ("laser-only", "reflex", "s.json: network is \"laser-only\" there and \"reflex\" here"),
+        ("--state", "--seed 2 --state", "s.json: seed is 1 there and 2 here"),
+        ("--state", "--map map2 --state", "s.json: map is \"map1\" there and \"map2\" here"),
+        ("--state", "--condition static-0.5 --state", "s.json: condition is \"dynamic-1.0\" there"),
+    ] {
+        refused(&folder, &line.replacen(from, to, 1), &[part]);
+    }
+    for (text, part) in [
+        (String::new(), "s.json: not a table of `spikeloop study` ("),
+        ("{\"format\": 1}".to_owned(), "missing field"),
+        (good.replacen("\"format\":1", "\"format\":9", 1), "s.json: format 9 found, 1 expected"),
+        (good.replacen("\"tt\"", "\"ss\"", 1), "s.json: float: outcomes \"ss\" do not go with 2"),
+        (
+            good.replacen("\"network_digest\":\"", "\"network_digest\":\"0", 1),
+            "s.json: network_dig",
+        ),
+    ] {
+        assert_ne!(text, good, "{part}");
+        folder.write("s.json", &text);
+        refused(&folder, &line, &[part]);
+        assert_eq!(folder.read("s.json"), text.as_bytes());
+    }
+}
+
+#[test]
+fn studies_without_sense_are_refused_before_they_begin() {
+    let folder = Folder::new();
+    let cases = [
+        ("study nobody", "nobody: neither a file nor a built-in network"),
+        ("study san", "san: names no weights file; give one with --weights FILE"),
+        ("study laser-only --weights w.safetensors", "w.safetensors"),
+        ("study laser-only --axis colour", "possible values: bits, bits-mixed, bits-toward-zero"),
+        ("study laser-only --axis bits --axis bits", "--axis bits: given twice; leave one out"),
+        ("study laser-only --map garden", "built-in arenas are courtyard"),
+        ("study laser-only --condition calm", "possible values: dynamic-1.0, static-1.0"),
+        ("study laser-only --trials 0", "'--trials <N>': 0 is not in 1..=10000"),
+        ("study laser-only --ticks-max 0", "tick limit is 0, must be 1..=1000000"),
+        ("study laser-only --threads 0", "0 is not in 1..=256"),
+        ("study laser-only --state out.json", "is an input or another output as well"),
+        ("study laser-only --plot no/out.svg", "cannot write: "),
+    ];
+    for (line, part) in cases {
+        let ran = refused(&folder, &format!("{line} --json out.json"), &[part]);
+        assert_eq!(ran.out, "", "spikeloop {line} began");
+    }
+}
+
+#[test]
+fn networks_with_a_description_can_be_studied() {
+    let folder = Folder::new();
+    let line = "study reflex --map courtyard --condition static-0.5 --axis current --axis voltage";
+    let ran = folder.good(&format!("{line} --trials 1 --ticks-max 3"));
+    assert!(ran.out.contains("reflex (digest "), "{}", ran.out);
+    assert_eq!(ran.out.matches("\n| voltage ").count(), 6, "{}", ran.out);
+}

@@ -17,7 +17,7 @@ pub struct Axis {
 }
 
 const WEIGHT_BITS: &[u32] = &[8, 7, 6, 5, 4, 3, 2];
-const STATE_BITS: &[u32] = &[24, 20, 18, 16, 14, 12];
+const STATE_BITS: &[u32] = &[24, 20, 18, 17, 16, 14, 12];
 
 /// All axes.
 pub const AXES: [Axis; 9] = [

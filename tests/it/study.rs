@@ -165,5 +165,5 @@ fn networks_with_a_description_can_be_studied() {
     let line = "study reflex --map courtyard --condition static-0.5 --axis current --axis voltage";
     let ran = folder.good(&format!("{line} --trials 1 --ticks-max 3"));
     assert!(ran.out.contains("reflex (digest "), "{}", ran.out);
-    assert_eq!(ran.out.matches("\n| voltage ").count(), 6, "{}", ran.out);
+    assert_eq!(ran.out.matches("\n| voltage ").count(), 7, "{}", ran.out);
 }

@@ -239,8 +239,11 @@ impl CoreRun {
         }
         for link in &plan.links {
             before.for_each(link.source, |unit| {
-                let axons = link.axons_of(unit).iter();
-                let lost = axons.clone().filter(|axon| link.loses(loss, unit, **axon)).count();
+                let axons = link.axons_of(unit);
+                let lost = loss.map_or(0, |loss| {
+                    let takes = |axon: &&u16| loss.takes(link.source, unit, link.target, **axon);
+                    axons.iter().filter(takes).count()
+                });
                 self.counts.messages_lost += lost as u64;
                 self.counts.deliveries_while_held += (axons.len() - lost) as u64;
             });
@@ -255,16 +258,26 @@ impl CoreRun {
         let deliveries = self.counts.axon_deliveries;
         for link in &plan.links {
             before.for_each(link.source, |unit| {
-                for axon in link.axons_of(unit) {
-                    if link.loses(loss, unit, *axon) {
-                        self.counts.messages_lost += 1;
-                    } else {
-                        self.accumulate(plan, *axon);
-                    }
+                let axons = link.axons_of(unit);
+                match loss {
+                    None => axons.iter().for_each(|axon| self.accumulate(plan, *axon)),
+                    Some(loss) => self.accumulate_some(plan, link, unit, loss),
                 }
             });
         }
         self.counts.axon_deliveries != deliveries
+    }
+
+    /// The messages of one spike that are not lost.
+    #[inline(never)]
+    fn accumulate_some(&mut self, plan: &CorePlan, link: &Link, unit: usize, loss: Loss) {
+        for axon in link.axons_of(unit) {
+            if loss.takes(link.source, unit, link.target, *axon) {
+                self.counts.messages_lost += 1;
+            } else {
+                self.accumulate(plan, *axon);
+            }
+        }
     }
 
     #[inline]
@@ -478,12 +491,6 @@ impl Link {
     #[inline]
     fn axons_of(&self, unit: usize) -> &[u16] {
         &self.axons[self.starts[unit] as usize..self.starts[unit + 1] as usize]
-    }
-
-    /// Whether the message of `unit` to `axon` is lost.
-    #[inline]
-    fn loses(&self, loss: Option<Loss>, unit: usize, axon: u16) -> bool {
-        loss.is_some_and(|loss| loss.takes(self.source, unit, self.target, axon))
     }
 }
 

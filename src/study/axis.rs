@@ -23,28 +23,28 @@ const STATE_BITS: &[u32] = &[24, 20, 18, 17, 16, 14, 12];
 pub const AXES: [Axis; 9] = [
     Axis {
         name: "bits",
-        about: "weight bits, split signs, to nearest",
+        about: "weight bits, to nearest",
         values: WEIGHT_BITS,
         label: plain,
         set: |variant, bits| quantize(variant, "nearest", bits),
     },
     Axis {
         name: "bits-mixed",
-        about: "weight bits, mixed signs, to nearest",
+        about: "weight bits, mixed signs",
         values: WEIGHT_BITS,
         label: plain,
         set: |variant, bits| quantize(variant, "mixed", bits),
     },
     Axis {
         name: "bits-toward-zero",
-        about: "weight bits, split signs, toward zero",
+        about: "weight bits, toward zero",
         values: WEIGHT_BITS,
         label: plain,
         set: |variant, bits| quantize(variant, "toward-zero", bits),
     },
     Axis {
         name: "bits-diffused",
-        about: "weight bits, split signs, diffused",
+        about: "weight bits, errors diffused",
         values: WEIGHT_BITS,
         label: plain,
         set: |variant, bits| quantize(variant, "diffused", bits),

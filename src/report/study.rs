@@ -280,7 +280,9 @@ fn success_cells(tried: &Tried, float: Option<&Tried>) -> Vec<String> {
     ];
     if let Some(float) = float {
         let (gained, lost) = tried.against(float);
-        cells.extend([format!("+{gained} -{lost}"), format!("{:.2}", sign_test(gained, lost))]);
+        let p = sign_test(gained, lost);
+        let p = if p < 0.01 { "< 0.01".to_owned() } else { format!("{p:.2}") };
+        cells.extend([format!("+{gained} -{lost}"), p]);
     }
     cells
 }

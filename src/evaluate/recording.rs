@@ -63,7 +63,7 @@ pub fn record(
     check_recordable(driver)?;
     let config = driver.config(config)?;
     let streams = Streams::new(seed, trial as u64);
-    let active = driver.start();
+    let active = driver.start(&streams);
     let kept = driver.layers().iter().map(|(_, n)| *n <= RASTER_NEURONS_MAX).collect();
     let cores = active.core_counts();
     let mut recorder = Recorder { active, kept, cores, ticks: Vec::new() };

@@ -523,7 +523,7 @@ pub(super) struct DemoArgs {
 #[derive(Debug, ClapArgs)]
 pub(super) struct ReportArgs {
     /// What other verbs wrote: `drive` (--json, --replay), `evaluate`, `table5`, `agree`,
-    /// `thresholds` and `report` (--json), and what `inspect --json` prints
+    /// `thresholds`, `study` and `report` (--json), and what `inspect --json` prints
     #[arg(required = true, value_name = "RESULT.json")]
     pub(super) results: Vec<PathBuf>,
     /// Page to write (.html)

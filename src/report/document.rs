@@ -8,6 +8,7 @@ use crate::report::agreement::AgreementResult;
 use crate::report::chip_plan::ChipPlan;
 use crate::report::replay::{Replay, ReplayError};
 use crate::report::results::{DriveResult, ResultError};
+use crate::report::study::{StudyError, StudyTable};
 use crate::report::success::{SuccessError, SuccessTable};
 use crate::report::table5::Table5Result;
 use crate::report::thresholds::ThresholdsResult;
@@ -54,10 +55,13 @@ pub enum Content {
     Chip(ChipPlan),
     /// `thresholds --json`.
     Thresholds(ThresholdsResult),
+    /// `study --json`.
+    Study(Box<StudyTable>),
 }
 
 /// Kinds of files by fields that only they have, for [`Content::of`].
-const KINDS: [(&[&str], &str); 8] = [
+const KINDS: [(&[&str], &str); 9] = [
+    (&["points", "axes"], "study --json"),
     (&["episodes"], "drive --replay"),
     (&["drivers", "pairs_mm"], "drive --json"),
     (&["cells"], "evaluate --json"),
@@ -119,6 +123,9 @@ pub enum ReportError {
     /// A damaged table of `evaluate`.
     #[error(transparent)]
     Success(#[from] SuccessError),
+    /// A damaged table of `study`.
+    #[error(transparent)]
+    Study(#[from] StudyError),
 }
 
 impl Report {
@@ -195,7 +202,10 @@ impl Report {
                 Content::Agreement(result) => {
                     maps.push((result.network.clone(), result.map_digest.clone()));
                 }
-                Content::Success(_) | Content::Table5(_) | Content::Thresholds(_) => {}
+                Content::Success(_)
+                | Content::Table5(_)
+                | Content::Thresholds(_)
+                | Content::Study(_) => {}
             }
         }
         maps.sort_unstable();
@@ -211,6 +221,7 @@ impl Content {
             "drive --replay" => Self::Replay(Box::new(Replay::from_json(file, text)?)),
             "drive --json" => Self::Drive(DriveResult::from_json(file, text)?),
             "evaluate --json" => Self::Success(SuccessTable::from_json(file, text)?),
+            "study --json" => Self::Study(Box::new(StudyTable::read(file, text)?)),
             "table5 --json" => Self::Table5(Box::new(typed(file, verb, fields)?)),
             "agree --json" => Self::Agreement(typed(file, verb, fields)?),
             "inspect --json" => {
@@ -232,6 +243,7 @@ impl Content {
             Self::Agreement(_) => "agree --json",
             Self::Chip(_) => "inspect --json",
             Self::Thresholds(_) => "thresholds --json",
+            Self::Study(_) => "study --json",
         }
     }
 }

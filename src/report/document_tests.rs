@@ -46,5 +46,7 @@ fn files_of_no_known_kind_are_refused() {
     assert!(refused("{\"items\": [], \"format\": 9}").contains("format 9 found, 1 expected"));
     let nested = "{\"items\": [{\"file\": \"f\", \"content\": {\"items\": []}}], \"format\": 1}";
     assert!(refused(nested).contains("a report within a report"));
+    let study = refused("{\"points\": [], \"axes\": []}");
+    assert!(study.starts_with("x.json: not a table of `spikeloop study`"), "{study}");
     assert!(refused("{\"cells\": []}").contains("not a table of `spikeloop evaluate`"));
 }

@@ -7,6 +7,7 @@ mod flights;
 mod html;
 mod provenance;
 mod replays;
+mod studies;
 
 use html::{Section, paragraph};
 
@@ -28,6 +29,7 @@ pub fn page(report: &Report) -> String {
         flights::trajectory_section(report),
         costs::table5_section(report),
         costs::energy_section(report),
+        studies::section(report),
         chip::utilization_section(report),
         chip::rate_section(report),
         chip::threshold_section(report),

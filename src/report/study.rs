@@ -1,7 +1,6 @@
 //! What `study` found: every variant of the chip on the same trials, as data and as text.
 
-use std::fmt::Write;
-
+use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -184,19 +183,26 @@ impl StudyTable {
         Self { format: STUDY_FORMAT, settings, float: None, points: Vec::new(), axes: Vec::new() }
     }
 
+    /// Reads the text of a study to go on with; `file` is the name that errors mention.
+    ///
+    /// Errors: as [`StudyTable::read`], and other settings than `settings`.
+    pub fn from_json(file: &str, text: &str, settings: &StudySettings) -> Result<Self, StudyError> {
+        let table = Self::read(file, text)?;
+        check_settings(file, settings, &table.settings)?;
+        Ok(table)
+    }
+
     /// Reads the text of a study; `file` is the name that errors mention.
     ///
-    /// Errors: not a study, one of another format or of other settings than `settings`, or one
-    /// whose outcomes do not add up.
-    pub fn from_json(file: &str, text: &str, settings: &StudySettings) -> Result<Self, StudyError> {
+    /// Errors: not a study, one of another format, or one whose outcomes do not add up.
+    pub fn read(file: &str, text: &str) -> Result<Self, StudyError> {
         let table: Self = table_of(file, text, "study", STUDY_FORMAT)?;
-        check_settings(file, settings, &table.settings)?;
         let float = table.float.iter().map(|tried| ("float".to_owned(), tried));
         let flown =
             table.points.iter().enumerate().filter_map(|(index, point)| {
                 Some((format!("point {index}"), &point.flown()?.tried))
             });
-        let trials = settings.flight.trials;
+        let trials = table.settings.flight.trials;
         match float.chain(flown).find(|(_, tried)| !tried.is_sound(trials)) {
             None => Ok(table),
             Some((point, tried)) => Err(StudyError::Outcomes {
@@ -225,8 +231,24 @@ impl Point {
     }
 }
 
-/// A row for each value of every axis, the float network first, and below why some did not fly.
+/// The rows of a study, and below why some variants did not fly.
 pub fn study_text(table: &StudyTable) -> String {
+    let refused: String = refusals(table).iter().map(|why| format!("\n{why}")).collect();
+    format!("{}{refused}", study_table(table))
+}
+
+/// Variants that did not fly, and why.
+pub fn refusals(table: &StudyTable) -> Vec<String> {
+    let rows = table.axes.iter().flat_map(|axis| axis.rows.iter().map(|row| (&axis.name, row)));
+    let why = rows.filter_map(|(axis, (value, variant))| match &table.find(variant)?.result {
+        PointResult::Refused(why) => Some(format!("{axis} {value} does not fly: {why}")),
+        PointResult::Flown(_) => None,
+    });
+    why.collect()
+}
+
+/// A row for each value of every axis, the float network first.
+pub fn study_table(table: &StudyTable) -> Table {
     let energies = COST_TABLES.map(|name| format!("{name} (uJ)"));
     let times = COST_TABLES.map(|name| format!("{name} (us)"));
     let header = ["what", "value", "success", "95 %", "against float", "p", "syn. ops"];
@@ -239,22 +261,18 @@ pub fn study_text(table: &StudyTable) -> String {
         row.resize(header.len(), "-".to_owned());
         text.add_row(row);
     }
-    let mut refused = String::new();
     for axis in &table.axes {
         for (value, variant) in &axis.rows {
             let Some(point) = table.find(variant) else { continue };
             let mut row = vec![axis.name.clone(), value.clone()];
             match &point.result {
                 PointResult::Flown(flown) => row.extend(cells(flown, table.float.as_ref())),
-                PointResult::Refused(why) => {
-                    let _ = write!(refused, "\n{} {value} does not fly: {why}", axis.name);
-                    row.resize(header.len(), "-".to_owned());
-                }
+                PointResult::Refused(_) => row.resize(header.len(), "-".to_owned()),
             }
             text.add_row(row);
         }
     }
-    format!("{text}{refused}")
+    text
 }
 
 fn cells(flown: &OnChip, float: Option<&Tried>) -> Vec<String> {

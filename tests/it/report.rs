@@ -62,9 +62,11 @@ fn the_page_has_a_section_for_every_kind_of_result() {
     folder.good(
         "evaluate straight --map map1 --condition static-1.0 --trials 2 --seeds 2 --json e.json",
     );
+    folder
+        .good("study laser-only --axis bits --map map1 --trials 1 --ticks-max 4 --json study.json");
     let about = folder.good("inspect s.map --json").out;
     folder.write("c.json", &about);
-    let files = "r.json d.json e.json t.json a.json c.json h.json";
+    let files = "r.json d.json e.json t.json a.json c.json h.json study.json";
     folder
         .good(&format!("report {files} -o page.html --json all.json --picture still.svg --tick 3"));
     let html = page(&folder, "page.html");
@@ -74,6 +76,7 @@ fn the_page_has_a_section_for_every_kind_of_result() {
         "trajectories",
         "table5",
         "energy",
+        "study",
         "chip",
         "rates",
         "thresholds",
@@ -94,7 +97,7 @@ fn the_page_has_a_section_for_every_kind_of_result() {
     }
     crate::cli::assert_well_formed(&String::from_utf8(folder.read("still.svg")).unwrap());
     let all = folder.json("all.json");
-    assert_eq!(all["items"].as_array().unwrap().len(), 7);
+    assert_eq!(all["items"].as_array().unwrap().len(), 8);
     folder.good("report all.json -o again.html --json same.json");
     assert!(folder.read("same.json") == folder.read("all.json"));
     assert_eq!(page(&folder, "again.html"), html);

@@ -59,6 +59,15 @@ fn origins(item: &Item) -> Vec<[String; 4]> {
         Content::Chip(plan) => {
             vec![[plan.network.clone(), none(), none(), plan.map_digest.clone()]]
         }
+        Content::Study(study) => {
+            let s = &study.settings;
+            let of = |tried: &crate::report::study::Tried| {
+                let (network, digest) = (s.network.clone(), s.network_digest.clone());
+                [network, s.seed.to_string(), tried.revision.clone(), digest]
+            };
+            let flown = study.points.iter().filter_map(|point| Some(&point.flown()?.tried));
+            study.float.iter().chain(flown).map(of).collect()
+        }
         Content::Thresholds(r) => {
             let of = |t: &crate::report::thresholds::Thresholds| {
                 [t.network.clone(), none(), r.revision.clone(), or_none(&t.digest)]

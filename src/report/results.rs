@@ -442,7 +442,8 @@ impl Summary {
         let ended = |outcome| flown.iter().filter(move |f| f.outcome.outcome == outcome);
         let mean = |value: fn(&Flown) -> f64| {
             let n = ended(Outcome::Success).count().max(1);
-            ended(Outcome::Success).map(value).sum::<f64>() / n as f64
+            // Not `sum`, which is -0 for nothing.
+            ended(Outcome::Success).map(value).fold(0.0, |sum, value| sum + value) / n as f64
         };
         Self {
             trials: flown.len(),

@@ -60,7 +60,7 @@ impl Faults {
     }
 
     pub(crate) fn is_dead(&self, core: usize) -> bool {
-        !self.dead_cores.is_empty() && self.dead_cores.iter().any(|dead| dead.index() == core)
+        self.dead_cores.iter().any(|dead| dead.index() == core)
     }
 
     /// What happens to messages sent in `step`; `None` when none is ever lost.
@@ -118,7 +118,8 @@ pub fn with_dead_synapses(
     Ok(CoreMap::new(parts).expect("every format holds a zero"))
 }
 
-fn check_rate(what: &'static str, value: u32) -> Result<(), FaultError> {
+/// Errs when `value` of `what` per million is above one.
+pub fn check_rate(what: &'static str, value: u32) -> Result<(), FaultError> {
     if value > MILLION { Err(FaultError { what, value }) } else { Ok(()) }
 }
 

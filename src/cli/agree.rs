@@ -10,7 +10,6 @@ use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::Deployment;
 use spikeloop::net::{Controller, builtin};
 use spikeloop::report::agreement::{AgreementResult, actions_line, agreement_table};
-use spikeloop::report::results::counters_by_core;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -73,18 +72,8 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let writes = used.counts.management_writes as f64 / used.decisions.max(1) as f64;
     say(format_args!("{writes:.1} register writes per tick to hold cores, {lost} spikes lost"))?;
     if let Some(path) = &args.json {
-        let result = AgreementResult {
-            revision: REVISION.to_owned(),
-            network: args.network.clone(),
-            map_digest: map.1,
-            decisions: used.decisions,
-            counters_by_core: counters_by_core(&used),
-            arena: args.arena.clone(),
-            seed: args.seed,
-            trials,
-            delays_steps: comparison.delays().to_vec(),
-            agreement: comparison.agreement().clone(),
-        };
+        let names = [REVISION, &args.network, &map.1, &args.arena];
+        let result = AgreementResult::new(names, args.seed, trials, &comparison);
         output::write(path, &serde_json::to_vec_pretty(&result)?)?;
     }
     Ok(Verdict::Good)

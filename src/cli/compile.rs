@@ -40,12 +40,7 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
             (_, Some(ScheduleArg::Streaming)) => Schedule::Streaming,
             (_, Some(ScheduleArg::Held) | None) => Schedule::Held,
         };
-        return Ok(match network {
-            Controller::Described(n) => Deployment::compile(&n, &policy, &chip, cores)?,
-            Controller::EemSan(n) => {
-                Deployment::compile_eem_san(&n, &policy, &chip, cores, schedule)?
-            }
-        });
+        return Ok(Deployment::of_controller(&network, &policy, &chip, cores, schedule)?);
     }
     if args.schedule.is_some() {
         return Err(no_schedule(args));

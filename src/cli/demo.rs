@@ -8,12 +8,11 @@ use spikeloop::closed_loop::TrialConfig;
 use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Comparison, Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
-use spikeloop::net::{Controller, Network, builtin};
+use spikeloop::net::{Controller, builtin};
 use spikeloop::report::Report;
 use spikeloop::report::agreement::{AgreementResult, agreement_table};
 use spikeloop::report::chip_plan::ChipPlan;
 use spikeloop::report::document::Content;
-use spikeloop::report::results::counters_by_core;
 use spikeloop::report::thresholds::ThresholdsResult;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
@@ -92,19 +91,9 @@ fn compare(
     let mut comparison = Comparison::new(network, deployment, engine)?;
     let (world, config) = (&flight.world, chip.config(&flight.config)?);
     let trials = agree::fly(&network.name, seed, AGREE_TICKS, world, &config, &mut comparison)?;
-    let used = comparison.chip_use();
-    let agreement = AgreementResult {
-        revision: REVISION.to_owned(),
-        network: network.name.clone(),
-        map_digest: deployment.map.digest(),
-        decisions: used.decisions,
-        counters_by_core: counters_by_core(&used),
-        arena: world.arena().name().to_owned(),
-        seed,
-        trials,
-        delays_steps: comparison.delays().to_vec(),
-        agreement: comparison.agreement().clone(),
-    };
+    let (name, digest) = (&network.name, &deployment.map.digest());
+    let names = [REVISION, name, digest, world.arena().name()];
+    let agreement = AgreementResult::new(names, seed, trials, &comparison);
     say(agreement_table(&agreement.agreement))?;
     report.push("agree", Content::Agreement(agreement));
     let counting = Table5Args {
@@ -134,21 +123,15 @@ fn eem_san(args: &DemoArgs) -> Result<Scene, Failure> {
     let streams = Streams::new(EVALUATION_SEED, 0);
     let pairs = generate_pairs(&world, n, PairRules::default(), streams)?;
     let network = builtin::open("eem-san", None)?;
-    let policy = Policy::named("nearest")?;
-    let deployment = match &network {
-        Controller::EemSan(network) => {
-            let chip = ChipSpec::loihi1();
-            Deployment::compile_eem_san(network, &policy, &chip, None, Schedule::Held)?
-        }
-        Controller::Described(network) => compiled(network, "nearest")?,
-    };
+    let deployment = compiled(&network, "nearest")?;
     let floats = vec![builtin::open("laser-only", None)?, network];
     let flight = Flight { world, pairs, config: TrialConfig::eem_san(1.0), threads: all_threads() };
     Ok(Scene { deployment, floats, flight })
 }
 
-fn compiled(network: &Network, policy: &str) -> Result<Deployment, Failure> {
-    Ok(Deployment::compile(network, &Policy::named(policy)?, &ChipSpec::loihi1(), None)?)
+fn compiled(network: &Controller, policy: &str) -> Result<Deployment, Failure> {
+    let (policy, chip) = (Policy::named(policy)?, ChipSpec::loihi1());
+    Ok(Deployment::of_controller(network, &policy, &chip, None, Schedule::Held)?)
 }
 
 fn san_flight(world: World, pairs: Vec<Pair>) -> Flight {
@@ -160,20 +143,18 @@ fn reflex(args: &DemoArgs) -> Result<Scene, Failure> {
     let world = World::new(Arena::open("courtyard")?);
     let n = args.trials.unwrap_or(TRIALS);
     let pairs = generate_pairs(&world, n, PairRules::default(), Streams::new(args.seed, 0))?;
-    let network = builtin::read("reflex", None)?;
+    let network = builtin::open("reflex", None)?;
     let deployment = compiled(&network, "nearest")?;
-    let floats = vec![Controller::Described(network)];
-    Ok(Scene { deployment, floats, flight: san_flight(world, pairs) })
+    Ok(Scene { deployment, floats: vec![network], flight: san_flight(world, pairs) })
 }
 
 /// SAN's published weights in its own evaluation world, with its own scaling.
 fn san(folder: &Path, trials: usize) -> Result<Scene, Failure> {
     let file = |name: &str| folder.join(name);
-    let network = builtin::read("san", Some(&file("san_sddpg_bw5.safetensors")))?;
+    let network = builtin::open("san", Some(&file("san_sddpg_bw5.safetensors")))?;
     let world = World::new(Arena::open(&file("san_evaluation_world.json").display().to_string())?);
     let radius = TrialConfig::san().robot_radius_m;
     let pairs = pairs_of_file(&file("san_eval_positions.json"), &world, radius, Some(trials))?;
     let deployment = compiled(&network, "san")?;
-    let floats = vec![Controller::Described(network)];
-    Ok(Scene { deployment, floats, flight: san_flight(world, pairs) })
+    Ok(Scene { deployment, floats: vec![network], flight: san_flight(world, pairs) })
 }

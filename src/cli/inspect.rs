@@ -97,15 +97,14 @@ pub(super) fn table(deployment: &Deployment) -> String {
         "synapses",
     ]);
     for core in map.utilization() {
-        let of = |usage: hw_model::core_map::Usage| format!("{}/{}", usage.used, usage.limit);
         table.add_row([
             core.core.to_string(),
             core.label.clone(),
-            of(core.compartments),
-            of(core.input_axons),
-            of(core.output_axons),
-            of(core.synapse_words),
-            of(core.synapse_formats),
+            core.compartments.to_string(),
+            core.input_axons.to_string(),
+            core.output_axons.to_string(),
+            core.synapse_words.to_string(),
+            core.synapse_formats.to_string(),
             core.synapses.to_string(),
         ]);
     }
@@ -122,7 +121,7 @@ pub(super) fn table(deployment: &Deployment) -> String {
         let (chip_steps, steps) = (program.decision_steps, program.steps);
         format!("{encoder}, {chip_steps} chip steps per decision (T = {steps})")
     });
-    format!("cores {}/{}{steps}\n{table}", usage.used, usage.limit)
+    format!("cores {usage}{steps}\n{table}")
 }
 
 /// The plan, and what a picture does not need.

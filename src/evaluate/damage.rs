@@ -2,7 +2,7 @@
 //! streams. So trials stay independent of each other, and a success rate is that of chips with such
 //! damage, not of one that was lucky.
 
-use hw_model::faults::{FaultError, MILLION, with_dead_synapses};
+use hw_model::faults::{FaultError, check_rate, with_dead_synapses};
 use hw_model::id::CoreId;
 use hw_model::{CoreMap, Faults};
 use thiserror::Error;
@@ -45,11 +45,8 @@ pub enum DamageError {
 
 impl Damage {
     pub(super) fn check(&self, map: &CoreMap) -> Result<(), DamageError> {
-        Faults::new(0, self.messages_lost_per_million, [])?;
-        if self.dead_synapses_per_million > MILLION {
-            let value = self.dead_synapses_per_million;
-            return Err(FaultError { what: "dead synapses", value }.into());
-        }
+        check_rate("messages lost", self.messages_lost_per_million)?;
+        check_rate("dead synapses", self.dead_synapses_per_million)?;
         let (dead, used) = (self.dead_cores, map.cores().len());
         if dead as usize > used { Err(DamageError::Cores { dead, used }) } else { Ok(()) }
     }

@@ -10,7 +10,7 @@ use crate::coding::LayerSpikes;
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::{Head, Kind, LoopDriver};
-use crate::golden::network_loop::{Pilot, Run, run_loop};
+use crate::golden::network_loop::{Pilot, Run, action_text, run_loop};
 use crate::host::{Deployment, EemSanChipPolicy};
 use crate::net::EemSan;
 use crate::net::eem_san::FRAMES_PER_TICK;
@@ -70,13 +70,14 @@ struct Watched {
     driver: Watchable,
     names: Vec<String>,
     n_encoder: usize,
+    steps: u32,
 }
 
 impl Watched {
     fn new(network: &EemSan, driver: Watchable) -> Self {
         let names = network.layers().into_iter().map(|(name, _)| name.to_owned()).collect();
         let n_encoder = network.encoder.as_ref().map_or(0, |encoder| encoder.layers.len());
-        Self { driver, names, n_encoder }
+        Self { driver, names, n_encoder, steps: network.steps }
     }
 
     fn act_watched(&mut self, observation: &Observation, tick: u64) -> (Action, LayerSpikes) {
@@ -103,9 +104,7 @@ impl Watched {
                 }));
             }
             lines.push(self.state_line(tick));
-            let count = |rate: f64| libm::round(rate * 5.0) as i64;
-            let (left, right) = (count(action.left), count(action.right));
-            lines.push(format!("tick={tick:04} left={left:02} right={right:02}"));
+            lines.push(format!("tick={tick:04} {}", action_text(action, self.steps)));
         }
         lines
     }

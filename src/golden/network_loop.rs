@@ -162,16 +162,20 @@ pub(super) fn run_loop(
 fn tick_line(tick: u64, trial: &Trial<'_>, o: &Observation, action: Action, steps: u32) -> String {
     let [x, y, yaw] = trial.robot().pose().rounded_mm_mrad();
     let milli = |value: f64| libm::round(value * 1000.0) as i64;
-    let spikes = |rate: f64| libm::round(rate * f64::from(steps)) as i64;
     let nearest = o.laser_m.iter().copied().fold(f64::INFINITY, f64::min);
     format!(
         "tick={tick:04} x_mm={x:+06} y_mm={y:+06} yaw_mrad={yaw:+05} v_mm_s={:+05} w_mrad_s={:+05} \
-         goal_mm={:05} near_mm={:05} left={:02} right={:02}",
+         goal_mm={:05} near_mm={:05} {}",
         milli(o.linear_m_per_s),
         milli(o.angular_rad_per_s),
         milli(o.goal_distance_m),
         milli(nearest),
-        spikes(action.left),
-        spikes(action.right)
+        action_text(action, steps)
     )
+}
+
+/// An action as spikes of T = `steps`.
+pub(super) fn action_text(action: Action, steps: u32) -> String {
+    let spikes = |rate: f64| libm::round(rate * f64::from(steps)) as i64;
+    format!("left={:02} right={:02}", spikes(action.left), spikes(action.right))
 }

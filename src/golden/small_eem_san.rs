@@ -10,7 +10,7 @@ use hw_model::{ChipSpec, CoreMap, Faults, OpCounts, compartment::CompartmentStat
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::Head;
-use crate::golden::network_loop::Run;
+use crate::golden::network_loop::{Run, action_text};
 use crate::host::{Deployment, EemSanChipPolicy};
 use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL, ROBOT_STATE};
 use crate::net::{ConvLayer, EemSan, EventEncoder, Layer, PopulationBranch, Readout};
@@ -27,6 +27,8 @@ const LATENT: usize = 4;
 const CODE: usize = 3;
 const FUSED: usize = 5;
 const HIDDEN: usize = 7;
+/// T.
+const STEPS: u32 = 5;
 /// Events per frame.
 const EVENTS: usize = 400;
 
@@ -60,9 +62,7 @@ fn run_ticks(head: &Head, deployment: &Deployment, engine: Box<dyn Engine>) -> V
         let frames = (0..FRAMES_PER_TICK).map(|_| EventFrame::random(&mut draw, EVENTS));
         let frames = frames.collect();
         let action = policy.act(&Observation::random(&mut draw, frames), tick);
-        let count = |rate: f64| libm::round(rate * 5.0) as i64;
-        let (left, right) = (count(action.left), count(action.right));
-        push(format!("tick={tick:04} left={left:02} right={right:02}"));
+        push(format!("tick={tick:04} {}", action_text(action, STEPS)));
     }
     let totals = total_lines(policy.engine());
     drop(policy);
@@ -156,7 +156,7 @@ fn network(draw: &mut Draw) -> EemSan {
         dense(draw, "decision.2", HIDDEN, 2, [-0.2, 0.3]),
     ];
     let (name, encoder, dvs) = (NAME.to_owned(), Some(encoder), Some(dvs));
-    EemSan { name, steps: 5, encoder, laser, dvs, decision }
+    EemSan { name, steps: STEPS, encoder, laser, dvs, decision }
 }
 
 fn branch(draw: &mut Draw, name: &str, dimensions: usize) -> PopulationBranch {

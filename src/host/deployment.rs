@@ -16,7 +16,7 @@ use crate::compile::{CompileError, IntegerGraph, Policy, place, quantize_eem_san
 use crate::cost::Shape;
 use crate::host::eem_san_program::{EemSanProgram, Schedule};
 use crate::net::integer::IntegerNet;
-use crate::net::{EemSan, MAP_LABEL, Network, RateEncoder};
+use crate::net::{Controller, EemSan, MAP_LABEL, Network, RateEncoder};
 
 const KIND: Kind = Kind {
     label: MAP_LABEL,
@@ -114,6 +114,26 @@ impl From<ContainerError> for DeploymentError {
 }
 
 impl Deployment {
+    /// Compiles a network of either kind; `schedule` is for an EEM-SAN.
+    ///
+    /// Errors: as [`Deployment::compile`] and [`Deployment::compile_eem_san`].
+    pub fn of_controller(
+        network: &Controller,
+        policy: &Policy,
+        chip: &ChipSpec,
+        neurons_per_core_max: Option<usize>,
+        schedule: Schedule,
+    ) -> Result<Self, CompileError> {
+        match network {
+            Controller::Described(network) => {
+                Self::compile(network, policy, chip, neurons_per_core_max)
+            }
+            Controller::EemSan(network) => {
+                Self::compile_eem_san(network, policy, chip, neurons_per_core_max, schedule)
+            }
+        }
+    }
+
     /// Compiles a float network.
     ///
     /// Errors: as [`quantize`] and [`place::place`].

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 
-use crate::evaluate::Agreement;
+use crate::evaluate::{Agreement, Comparison};
+use crate::report::results::counters_by_core;
 use crate::report::tables::plain;
 
 /// What `agree --json` writes.
@@ -34,6 +35,31 @@ pub struct AgreementResult {
     pub delays_steps: Vec<u64>,
     /// What was counted.
     pub agreement: Agreement,
+}
+
+impl AgreementResult {
+    /// What `comparison` found in `trials` trials of `seed`. Names: revision, network, digest of the
+    /// core map, arena.
+    pub fn new(
+        [revision, network, map_digest, arena]: [&str; 4],
+        seed: u64,
+        trials: usize,
+        comparison: &Comparison,
+    ) -> Self {
+        let used = comparison.chip_use();
+        Self {
+            revision: revision.to_owned(),
+            network: network.to_owned(),
+            map_digest: map_digest.to_owned(),
+            decisions: used.decisions,
+            counters_by_core: counters_by_core(&used),
+            arena: arena.to_owned(),
+            seed,
+            trials,
+            delays_steps: comparison.delays().to_vec(),
+            agreement: comparison.agreement().clone(),
+        }
+    }
 }
 
 /// Spikes of every layer on both sides.

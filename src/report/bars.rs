@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::report::plot::escape;
+use crate::report::plot::{escape, svg_open};
 
 const LABEL_PX: f64 = 250.0;
 const BAR_PX: f64 = 460.0;
@@ -35,10 +35,8 @@ pub fn bars(title: &str, parts: &[&str], rows: &[Bar], full: Option<f64>) -> Str
     let px = BAR_PX / if longest > 0.0 { longest } else { 1.0 };
     let (width, height) =
         (LABEL_PX + BAR_PX + NUMBER_PX, TOP_PX + ROW_PX * rows.len() as f64 + 8.0);
-    let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/><text x="8" y="18" font-weight="bold">{}</text>"#,
-        escape(title)
-    );
+    let mut svg = svg_open(width, height, 13);
+    let _ = write!(svg, r#"<text x="8" y="18" font-weight="bold">{}</text>"#, escape(title));
     legend(&mut svg, parts);
     for (index, row) in rows.iter().enumerate() {
         draw(&mut svg, row, TOP_PX + ROW_PX * index as f64, px);

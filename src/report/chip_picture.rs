@@ -8,7 +8,7 @@ use hw_model::spec::Mesh;
 
 use crate::report::activity::CoreActivity;
 use crate::report::chip_plan::ChipPlan;
-use crate::report::plot::escape;
+use crate::report::plot::{escape, svg_open};
 
 const CORE_PX: u32 = 26;
 const TILE_GAP_PX: u32 = 8;
@@ -72,11 +72,7 @@ pub fn chip_picture(plan: &ChipPlan, activity: Option<&CoreActivity>) -> String 
         across * layout.width + (across + 1) * MARGIN_PX,
         TITLE_PX + layout.height + legend_px + 2 * MARGIN_PX,
     );
-    let mut svg = String::new();
-    let _ = write!(
-        svg,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
-    );
+    let mut svg = svg_open(width.into(), height.into(), 13);
     for (index, view) in views.iter().enumerate() {
         let left = MARGIN_PX + index as u32 * (layout.width + MARGIN_PX);
         let _ = write!(svg, r#"<text x="{left}" y="24">{}</text>"#, view.title(plan));
@@ -101,8 +97,10 @@ pub fn activity_picture(plan: &ChipPlan, counts: &[u64]) -> String {
     let [width, height] = cores_size(plan);
     let (width, height) = (width + 2 * MARGIN_PX, height + TITLE_PX + MARGIN_PX);
     let most = counts.iter().copied().max().unwrap_or(0);
-    let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/><text x="{MARGIN_PX}" y="24">synaptic operations, up to {most} on a core</text>"#
+    let mut svg = svg_open(width.into(), height.into(), 13);
+    let _ = write!(
+        svg,
+        r#"<text x="{MARGIN_PX}" y="24">synaptic operations, up to {most} on a core</text>"#
     );
     glowing_cores(&mut svg, plan, [MARGIN_PX, TITLE_PX], counts);
     svg.push_str("</svg>\n");
@@ -189,15 +187,14 @@ fn shade(share: f64) -> String {
 }
 
 fn about(used: &CoreUse) -> String {
-    let of = |usage: hw_model::core_map::Usage| format!("{}/{}", usage.used, usage.limit);
     format!(
         "core {} {}: {} compartments, {} input axons, {} output axons, {} synapse words",
         used.core,
         used.label,
-        of(used.compartments),
-        of(used.input_axons),
-        of(used.output_axons),
-        of(used.synapse_words)
+        used.compartments,
+        used.input_axons,
+        used.output_axons,
+        used.synapse_words
     )
 }
 

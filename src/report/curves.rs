@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::report::plot::escape;
+use crate::report::plot::{escape, svg_open};
 
 const WIDTH_PX: f64 = 760.0;
 const PANEL_PX: f64 = 130.0;
@@ -21,8 +21,10 @@ pub struct Curve<'a> {
 /// Picture of all curves, below each other; `axis` is what the steps are.
 pub fn curves(title: &str, axis: &str, all: &[Curve<'_>]) -> String {
     let height = TOP_PX + all.len() as f64 * (PANEL_PX + 24.0) + 20.0;
-    let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH_PX:.0}" height="{height:.0}" viewBox="0 0 {WIDTH_PX:.0} {height:.0}" font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="white"/><text x="{LEFT_PX}" y="20" font-size="14">{}, by {}</text>"#,
+    let mut svg = svg_open(WIDTH_PX, height, 12);
+    let _ = write!(
+        svg,
+        r#"<text x="{LEFT_PX}" y="20" font-size="14">{}, by {}</text>"#,
         escape(title),
         escape(axis)
     );

@@ -53,10 +53,7 @@ impl Sheet {
     }
 
     fn open(&self, panels: usize) -> String {
-        let (width, height) = (self.width * panels.max(1) as f64, self.height);
-        format!(
-            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
-        )
+        svg_open(self.width * panels.max(1) as f64, self.height, 13)
     }
 
     pub(super) fn frame(&self, panel: usize) -> Frame {
@@ -207,6 +204,13 @@ fn thinned(points: &[[i32; 3]]) -> impl Iterator<Item = [i32; 3]> + '_ {
         });
         (far || index == last).then(|| *drawn.insert(*point))
     })
+}
+
+/// The beginning of a picture of this size, pixels, on white.
+pub(super) fn svg_open(width: f64, height: f64, font_px: u32) -> String {
+    format!(
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="{font_px}"><rect width="100%" height="100%" fill="white"/>"#
+    )
 }
 
 /// Text safe inside SVG and HTML, which cannot hold control characters.

@@ -15,6 +15,7 @@ use crate::evaluate::{Driver, RASTER_NEURONS_MAX, Recording, Tick};
 use crate::policy::{EventFrame, FRAME_COLUMNS, FRAME_ROWS};
 use crate::report::chip_plan::ChipPlan;
 use crate::report::results::{ArenaPicture, Settings, pairs_mm};
+use crate::report::table_file::{Unreadable, of_format};
 use crate::world::World;
 use crate::world::pairs::Pair;
 
@@ -194,20 +195,13 @@ impl Replay {
     ///
     /// Errors: not a replay, one of another format, or one that cannot be played.
     pub fn from_json(file: &str, text: &str) -> Result<Self, ReplayError> {
-        #[derive(Deserialize)]
-        struct Head {
-            format: u64,
-        }
-        let syntax = |e: serde_json::Error| ReplayError::Syntax {
-            file: file.to_owned(),
-            message: e.to_string(),
-        };
-        // The format first: another one has other fields.
-        let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
-        if found != u64::from(REPLAY_FORMAT) {
-            return Err(ReplayError::Format { file: file.to_owned(), found });
-        }
-        let replay: Self = serde_json::from_str(text).map_err(syntax)?;
+        let replay: Self = of_format(text, REPLAY_FORMAT).map_err(|unreadable| {
+            let file = file.to_owned();
+            match unreadable {
+                Unreadable::Syntax(message) => ReplayError::Syntax { file, message },
+                Unreadable::Format(found) => ReplayError::Format { file, found },
+            }
+        })?;
         let damaged =
             |(place, problem)| ReplayError::Damaged { file: file.to_owned(), place, problem };
         replay.check().map_err(damaged)?;

@@ -10,6 +10,7 @@ use crate::closed_loop::{Outcome, TrialConfig};
 use crate::cost::{Ops, artificial_ops};
 use crate::evaluate::{Driver, Flown};
 use crate::host::{ChipUse, Deployment};
+use crate::report::table_file::{Unreadable, of_format};
 use crate::world::World;
 use crate::world::dvs::CameraConfig;
 use crate::world::geometry::Shape;
@@ -63,20 +64,13 @@ impl DriveResult {
     ///
     /// Errors: not a result, or one of another format.
     pub fn from_json(file: &str, text: &str) -> Result<Self, ResultError> {
-        #[derive(Deserialize)]
-        struct Head {
-            format: u64,
-        }
-        let syntax = |e: serde_json::Error| ResultError::Syntax {
-            file: file.to_owned(),
-            message: e.to_string(),
-        };
-        // The format first: another one has other fields.
-        let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
-        if found != u64::from(RESULT_FORMAT) {
-            return Err(ResultError::Format { file: file.to_owned(), found });
-        }
-        serde_json::from_str(text).map_err(syntax)
+        of_format(text, RESULT_FORMAT).map_err(|unreadable| {
+            let file = file.to_owned();
+            match unreadable {
+                Unreadable::Syntax(message) => ResultError::Syntax { file, message },
+                Unreadable::Format(found) => ResultError::Format { file, found },
+            }
+        })
     }
 }
 

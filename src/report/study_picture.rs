@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::report::plot::escape;
+use crate::report::plot::{escape, svg_open};
 use crate::report::study::{AxisRows, COST_TABLES, OnChip, StudyTable};
 
 /// Panels beside each other, their size and what is around the plot inside, pixels.
@@ -28,8 +28,10 @@ pub fn study_picture(table: &StudyTable) -> String {
     let s = &table.settings;
     let title =
         format!("{} on {}, {}, {} trials each", s.network, s.map, s.condition, s.flight.trials);
-    let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="11"><rect width="100%" height="100%" fill="white"/><text x="12" y="20" font-size="14">{}</text><text x="12" y="38"><tspan fill="{SUCCESS_COLOUR}">success with 95 % interval (dashed: float network)</tspan>, <tspan fill="{ENERGY_COLOUR}">dynamic energy per decision, uJ ({COST_TABLE})</tspan>, x: does not fly</text>"#,
+    let mut svg = svg_open(width, height, 11);
+    let _ = write!(
+        svg,
+        r#"<text x="12" y="20" font-size="14">{}</text><text x="12" y="38"><tspan fill="{SUCCESS_COLOUR}">success with 95 % interval (dashed: float network)</tspan>, <tspan fill="{ENERGY_COLOUR}">dynamic energy per decision, uJ ({COST_TABLE})</tspan>, x: does not fly</text>"#,
         escape(&title)
     );
     let energy_max = energy_max(table);

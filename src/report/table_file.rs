@@ -55,17 +55,33 @@ pub fn table_of<T: DeserializeOwned>(
     verb: &'static str,
     format: u32,
 ) -> Result<T, TableError> {
+    of_format(text, format).map_err(|unreadable| {
+        let file = file.to_owned();
+        match unreadable {
+            Unreadable::Syntax(message) => TableError::Syntax { file, verb, message },
+            Unreadable::Format(found) => TableError::Format { file, verb, found, expected: format },
+        }
+    })
+}
+
+/// Text that is not what it should be.
+pub(super) enum Unreadable {
+    /// Not JSON of the expected form: what the reader found, with line and column.
+    Syntax(String),
+    /// Of this format instead.
+    Format(u64),
+}
+
+/// JSON with a field `format`, which is looked at first: another one has other fields.
+pub(super) fn of_format<T: DeserializeOwned>(text: &str, format: u32) -> Result<T, Unreadable> {
     #[derive(serde::Deserialize)]
     struct Head {
         format: u64,
     }
-    let file = || file.to_owned();
-    let syntax =
-        |e: serde_json::Error| TableError::Syntax { file: file(), verb, message: e.to_string() };
-    // The format first: another one has other fields.
+    let syntax = |e: serde_json::Error| Unreadable::Syntax(e.to_string());
     let Head { format: found } = serde_json::from_str(text).map_err(syntax)?;
     if found != u64::from(format) {
-        return Err(TableError::Format { file: file(), verb, found, expected: format });
+        return Err(Unreadable::Format(found));
     }
     serde_json::from_str(text).map_err(syntax)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 
-use crate::report::plot::escape;
+use crate::report::plot::{escape, svg_open};
 use crate::report::tables::plain;
 
 /// Threshold of every EEM-SAN layer before training.
@@ -66,8 +66,10 @@ pub fn thresholds_picture(networks: &[Thresholds]) -> String {
     let bars = Bars { y_px_per_unit: BAR_PX / highest, group_px: group };
     let width = LEFT_PX + group * layers.len().max(3) as f64 + 16.0;
     let height = TOP_PX + BAR_PX + 36.0 + 20.0 * networks.len() as f64;
-    let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/><text x="{LEFT_PX}" y="20">Firing threshold by layer (dashed: before training)</text>"#
+    let mut svg = svg_open(width, height, 13);
+    let _ = write!(
+        svg,
+        r#"<text x="{LEFT_PX}" y="20">Firing threshold by layer (dashed: before training)</text>"#
     );
     for (index, layer) in layers.iter().enumerate() {
         bars.layer(&mut svg, networks, layer, index);

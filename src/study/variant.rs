@@ -75,12 +75,7 @@ impl Variant {
     pub fn compile(&self, network: &Controller) -> Result<Deployment, VariantError> {
         let chip = ChipSpec::loihi1().with_state_bits(self.current_bits, self.voltage_bits)?;
         let policy = Policy::named(&self.policy)?.with_weight_bits(self.weight_bits)?;
-        Ok(match network {
-            Controller::Described(network) => Deployment::compile(network, &policy, &chip, None)?,
-            Controller::EemSan(network) => {
-                Deployment::compile_eem_san(network, &policy, &chip, None, Schedule::Held)?
-            }
-        })
+        Ok(Deployment::of_controller(network, &policy, &chip, None, Schedule::Held)?)
     }
 
     /// `deployment` as a driver on chips that are broken like this one.

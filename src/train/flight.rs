@@ -2,8 +2,6 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Vector2;
-
 use crate::closed_loop::planner::{ACTIONS, Knowledge, Planner, Terrain};
 use crate::closed_loop::{End, Trial, TrialConfig};
 use crate::coding::robot_state;
@@ -11,8 +9,8 @@ use crate::net::eem_san::ROBOT_STATE;
 use crate::policy::{Action, EventFrame};
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
+use crate::world::World;
 use crate::world::pairs::{Pair, PairRules, generate_pairs};
-use crate::world::{PHYSICS_STEP_S, World};
 
 /// Reward for the goal (SAN's training script).
 pub const REWARD_GOAL: f32 = 30.0;
@@ -322,20 +320,19 @@ impl<'w> Flight<'w> {
 
     fn insight(&self, observation: &[f32]) -> Vec<f32> {
         let (pose, step) = (self.trial.robot().pose(), self.trial.steps());
-        let ahead = pose.heading();
-        let frame = |v: Vector2<f64>| [v.dot(&ahead), v.y * ahead.x - v.x * ahead.y];
-        let movers = self.world.arena().movers().iter().map(|mover| {
-            let place = mover.position(step);
-            let velocity = (mover.position(step + 1) - place) / PHYSICS_STEP_S;
-            (place - pose.position, velocity)
-        });
+        let movers = self
+            .world
+            .arena()
+            .movers()
+            .iter()
+            .map(|mover| (mover.position(step) - pose.position, mover.velocity_m_per_s(step)));
         let mut movers: Vec<_> = movers.collect();
         movers.sort_by(|a, b| a.0.norm_squared().total_cmp(&b.0.norm_squared()));
         let mut insight = observation[..ROBOT_STATE].to_vec();
         for index in 0..KNOWN_MOVERS {
             let known = movers.get(index).filter(|(way, _)| way.norm() < KNOWN_M);
             let numbers = known.map_or([[1.0, 1.0], [0.0, 0.0]], |(way, velocity)| {
-                [frame(way / KNOWN_M), frame(velocity / 2.0)]
+                [pose.ahead_and_left(way / KNOWN_M), pose.ahead_and_left(velocity / 2.0)]
             });
             insight.extend(numbers.as_flattened().iter().map(|number| *number as f32));
         }

@@ -1,6 +1,6 @@
 //! Cylinders that go back and forth on a straight track.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use super::PHYSICS_STEP_S;
 use super::geometry::{Disc, ShapeError, check_point};
@@ -99,6 +99,11 @@ impl Mover {
         let phase_m = travelled_m % (2.0 * self.track_m);
         let along_m = phase_m.min(2.0 * self.track_m - phase_m);
         self.from() + (self.to - self.from()) * (along_m / self.track_m)
+    }
+
+    /// Velocity in the physics step after `step`, m/s.
+    pub fn velocity_m_per_s(&self, step: u64) -> Vector2<f64> {
+        (self.position(step + 1) - self.position(step)) / PHYSICS_STEP_S
     }
 
     /// Outline after `step` physics steps.

@@ -1,5 +1,7 @@
 //! How much of every resource a map takes, as used / limit.
 
+use core::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Core, CoreMap};
@@ -12,6 +14,12 @@ pub struct Usage {
     pub used: u64,
     /// What there is.
     pub limit: u64,
+}
+
+impl fmt::Display for Usage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.used, self.limit)
+    }
 }
 
 /// Everything that one core takes.

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{PHYSICS_STEPS, STEP_S, STEPS};
 use crate::closed_loop::Trial;
+use crate::world::World;
 use crate::world::mover::Mover;
-use crate::world::{PHYSICS_STEP_S, World};
 
 /// Movers farther away than this are not known from the camera.
 const CAMERA_M: f64 = 6.0;
@@ -53,15 +53,14 @@ pub(super) fn forecast(trial: &Trial<'_>, knowledge: Knowledge) -> Forecast {
 /// Velocity that the sensors give a mover, m/s; `None` for one that they do not see.
 fn velocity_seen(trial: &Trial<'_>, mover: &Mover, knowledge: Knowledge) -> Option<Vector2<f64>> {
     let (pose, now) = (trial.robot().pose(), trial.steps());
-    let (place, heading) = (mover.position(now), pose.heading());
-    let way = place - pose.position;
-    let (ahead_m, aside_m) = (way.dot(&heading), way.y * heading.x - way.x * heading.y);
+    let way = mover.position(now) - pose.position;
+    let [ahead_m, left_m] = pose.ahead_and_left(way);
     if ahead_m <= 0.0 || hidden(trial.world(), pose.position, way, mover.radius_m()) {
         return None;
     }
-    let in_view = ahead_m > aside_m.abs() && way.norm() < CAMERA_M;
+    let in_view = ahead_m > left_m.abs() && way.norm() < CAMERA_M;
     if knowledge == Knowledge::Camera && in_view {
-        return Some((mover.position(now + 1) - place) / PHYSICS_STEP_S);
+        return Some(mover.velocity_m_per_s(now));
     }
     Some(Vector2::zeros())
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{Episode, Replay, ReplayTick, codec};
 use crate::report::chip_picture::{cores_size, glowing_cores};
-use crate::report::plot::{Frame, Sheet, escape};
+use crate::report::plot::{Frame, Sheet, escape, svg_open};
 
 /// Pixels between panels, and for a panel's title.
 const GAP_PX: f64 = 24.0;
@@ -37,9 +37,7 @@ pub fn frame_picture(replay: &Replay, episode: usize, tick: usize) -> String {
     let (width, top) = (side + chip_px[0].max(SIDE_PX) + GAP_PX, TITLE_PX);
     let body = sheet.height.max(top + EVENTS_PX + GAP_PX + TITLE_PX + chip_px[1]);
     let height = body + TITLE_PX + RASTER_PX + GAP_PX;
-    let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="white"/>"#
-    );
+    let mut svg = svg_open(width, height, 13);
     arena(&mut svg, replay, episode, tick, &sheet.frame(0));
     if let Some(at) = episode.ticks.get(tick) {
         events(&mut svg, replay, at, [side, top]);

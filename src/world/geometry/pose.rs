@@ -26,6 +26,12 @@ impl Pose {
         direction(self.yaw_rad)
     }
 
+    /// `vector` as seen from here: its parts ahead and to the left.
+    pub fn ahead_and_left(&self, vector: Vector2<f64>) -> [f64; 2] {
+        let heading = self.heading();
+        [vector.dot(&heading), vector.y * heading.x - vector.x * heading.y]
+    }
+
     /// Direction of `point` relative to the heading, in `(-pi, pi]`, left positive; 0 for the
     /// pose's own position.
     pub fn bearing_rad(&self, point: Point2<f64>) -> f64 {

@@ -1,4 +1,4 @@
-//! Result files that a run can go on from: read, and held against what is to be run.
+//! Heads of result files, and those that a run can go on from, held against what is to be run.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

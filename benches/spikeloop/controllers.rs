@@ -1,22 +1,21 @@
-//! Speed of the main steps: compile, one decision, a thousand chip steps, one closed-loop trial,
+//! What a user waits for: compiling and opening a core map, one decision, one closed-loop trial,
 //! and EEM-SAN's two phases of a control tick.
 //!
 //! The small network has the shape and roughly the spike rates of SAN (24-256-256-256-2, T = 5),
-//! with random weights from a fixed stream; EEM-SAN is the one that ships. So the benches need no
-//! file. Machines are noisy: compare ratios within one run.
+//! with random weights from a fixed stream; EEM-SAN is the one that ships.
 
 use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use hw_model::engine::{Engine, SpikeRecord, Stimulus};
-use hw_model::{ChipSpec, DenseEngine, EventEngine};
+use criterion::{BatchSize, Criterion, Throughput};
+use hw_model::engine::Engine;
+use hw_model::{ChipSpec, CoreMap, DenseEngine, EventEngine, container};
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::coding::{InputSpikes, population_spikes};
 use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Driver, EngineKind, fly};
 use spikeloop::host::{ChipPolicy, Deployment, EemSanChipPolicy, Schedule};
-use spikeloop::net::{Controller, EemSan, Layer, Network, builtin};
+use spikeloop::net::{EemSan, Layer, Network, builtin};
 use spikeloop::policy::{EventFrame, Policy as _};
 use spikeloop::reference::eem_san::FloatDecision;
 use spikeloop::reference::{FloatEncoder, FloatNetwork};
@@ -24,6 +23,15 @@ use spikeloop::rng::{Streams, stream};
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
+
+use crate::networks::shipped_eem_san;
+
+pub(crate) fn all(criterion: &mut Criterion) {
+    compile(criterion);
+    decision(criterion);
+    trial(criterion);
+    eem_san(criterion);
+}
 
 /// Shape of SAN with random weights.
 fn san_shaped() -> Network {
@@ -74,6 +82,29 @@ fn compile(criterion: &mut Criterion) {
     group.bench_function("san_shaped/open", |b| {
         b.iter(|| black_box(Deployment::from_bytes("bench", &bytes).expect("good")));
     });
+    group.sample_size(10);
+    let network = shipped_eem_san();
+    let deployment = eem_san_deployed(&network);
+    group.bench_function("eem_san", |b| b.iter(|| black_box(eem_san_deployed(&network))));
+    let bytes = deployment.to_bytes();
+    group.bench_function("eem_san/open", |b| {
+        b.iter(|| black_box(Deployment::from_bytes("bench", &bytes).expect("good")));
+    });
+    // What opening is made of, beside decoding: the file's digest and the checks; then what it takes
+    // to run.
+    group.bench_function("eem_san/digest", |b| {
+        b.iter(|| black_box(container::sha256_hex(black_box(&bytes))));
+    });
+    group.bench_function("eem_san/check", |b| {
+        b.iter_batched(
+            || deployment.map.parts().clone(),
+            |parts| CoreMap::new(parts).expect("good"),
+            BatchSize::LargeInput,
+        );
+    });
+    group.bench_function("eem_san/engine", |b| {
+        b.iter(|| black_box(EventEngine::new(Arc::clone(&deployment.map))));
+    });
     group.finish();
 }
 
@@ -98,33 +129,6 @@ fn decision(criterion: &mut Criterion) {
             b.iter(|| inputs.iter().for_each(|input| drop(black_box(policy.decide(input)))));
         });
     }
-    group.finish();
-}
-
-fn thousand_steps(criterion: &mut Criterion) {
-    const STEPS: usize = 1000;
-    let network = san_shaped();
-    let map = deployed(&network).map;
-    let mut draw = Streams::new(3, 0).at(stream::STIMULUS, 0);
-    let mut spikes = Vec::new();
-    for step in 0..STEPS as u64 {
-        spikes.extend((0..24).filter(|_| draw.bernoulli(0.24)).map(|line| (step, 0, line)));
-        spikes.extend((0..4).map(|line| (step, 1, line)));
-    }
-    let stimulus = Stimulus::new(&map, STEPS, spikes).expect("within the ports");
-    let mut probe = EventEngine::new(Arc::clone(&map));
-    probe.run(&stimulus, &mut SpikeRecord::none());
-    let mut group = criterion.benchmark_group("chip/1000_steps/san_shaped");
-    group.throughput(Throughput::Elements(probe.total_counts().synaptic_ops()));
-    group.sample_size(20);
-    for threads in [1, 2] {
-        let mut engine = EventEngine::with_threads(Arc::clone(&map), threads);
-        group.bench_function(format!("event/threads_{threads}"), |b| {
-            b.iter(|| engine.run(&stimulus, &mut SpikeRecord::none()));
-        });
-    }
-    let mut dense = DenseEngine::new(Arc::clone(&map));
-    group.bench_function("dense", |b| b.iter(|| dense.run(&stimulus, &mut SpikeRecord::none())));
     group.finish();
 }
 
@@ -155,12 +159,16 @@ fn trial(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A compiled EEM-SAN in the schedule `held`, on one and on two threads.
-fn eem_san_on_chip(network: &EemSan) -> [(usize, EemSanChipPolicy); 2] {
+/// A compiled EEM-SAN in the schedule `held`.
+fn eem_san_deployed(network: &EemSan) -> Deployment {
     let policy = Policy::named("nearest").expect("there is one");
     let (chip, held) = (ChipSpec::loihi1(), Schedule::Held);
-    let deployment =
-        Deployment::compile_eem_san(network, &policy, &chip, None, held).expect("it fits");
+    Deployment::compile_eem_san(network, &policy, &chip, None, held).expect("it fits")
+}
+
+/// The same ready to drive, on one and on two threads.
+fn eem_san_on_chip(network: &EemSan) -> [(usize, EemSanChipPolicy); 2] {
+    let deployment = eem_san_deployed(network);
     [1, 2].map(|threads| {
         let engine = EventEngine::with_threads(Arc::clone(&deployment.map), threads);
         let mut policy = EemSanChipPolicy::new(&deployment, Box::new(engine)).expect("an EEM-SAN");
@@ -171,9 +179,7 @@ fn eem_san_on_chip(network: &EemSan) -> [(usize, EemSanChipPolicy); 2] {
 
 /// The encoder's phase (a convolutional network of 102,464 neurons, five frames) and a decision.
 fn eem_san(criterion: &mut Criterion) {
-    let Ok(Controller::EemSan(network)) = builtin::open("eem-san", None) else {
-        panic!("eem-san is built in")
-    };
+    let network = shipped_eem_san();
     let mut draw = Streams::new(4, 0).at(stream::STIMULUS, 0);
     let frames: Vec<EventFrame> = (0..5).map(|_| EventFrame::random(&mut draw, 300)).collect();
     let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
@@ -203,6 +209,3 @@ fn eem_san(criterion: &mut Criterion) {
     }
     group.finish();
 }
-
-criterion_group!(benches, compile, decision, thousand_steps, trial, eem_san);
-criterion_main!(benches);

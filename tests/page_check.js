@@ -20,7 +20,7 @@ let drawn = 0;
 function pen() {
   const target = { createImageData: (width, height) => ({ data: new Uint8ClampedArray(4 * width * height), width, height }) };
   return new Proxy(target, {
-    get: (object, name) => object[name] || ((...given) => {
+    get: (object, name) => name === "measureText" ? (text) => ({ width: 6 * text.length }) : object[name] || ((...given) => {
       drawn += 1;
       for (const value of given) if (typeof value === "number" && !Number.isFinite(value)) throw new Error(`${String(name)}(${given})`);
     }),
@@ -52,7 +52,7 @@ const sections = page.split('<section class="replay">').slice(1).map((text) => {
   return Object.assign(section, { parts });
 });
 
-const frames = [];
+const frames = [], handlers = {};
 const document = new Element("document");
 document.createElement = (name) => new Element(name);
 document.querySelectorAll = () => sections;
@@ -61,40 +61,51 @@ const window = {
   getComputedStyle: () => ({ getPropertyValue: () => "" }),
   matchMedia: () => new Element("media"),
   requestAnimationFrame: (callback) => frames.push(callback),
+  addEventListener: (name, handler) => { handlers[name] = handler; },
 };
 const script = between(page.slice(page.lastIndexOf("<script>")), "<script>", "</script>");
-vm.runInNewContext(script, { document, window, atob, console }, { filename: "replay.js" });
+const given = { document, window, atob, Blob, DecompressionStream, Response, console };
+vm.runInNewContext(script, given, { filename: "replay.js" });
 
-const { players, onesOf, coresOf, spikesOf } = window.spikeloop;
-const said = players.map((player, index) => {
-  const { ".player": root, ".still": still } = sections[index].parts;
-  if (!still.hidden) throw new Error("the still picture stays");
-  const last = player.last();
-  for (const at of [0, 1, Math.floor(last / 2), last - 1, last]) player.go(at);
-  sections[index].fire("pointerdown", {});
-  document.fire("keydown", { key: "Home" });
-  if (player.at !== 0) throw new Error(`Home leads to ${player.at}`);
-  document.fire("keydown", { key: "ArrowRight", shiftKey: true });
-  document.fire("keydown", { key: "ArrowLeft" });
-  if (player.at !== Math.min(10, last) - 1) throw new Error(`arrows lead to ${player.at}`);
-  document.fire("keydown", { key: " " });
-  for (let now = 0; frames.length; now += 1000 / 60) frames.shift()(now);
-  if (player.at !== last || player.playing) throw new Error(`played to ${player.at} of ${last}`);
-  const [slider] = root.find((child) => child.tagName === "INPUT");
-  slider.value = "2";
-  slider.fire("input", {});
-  root.find((child) => child.tagName === "SELECT").forEach((select) => select.fire("change", {}));
-  for (const name of ["pointermove", "pointerdown"]) {
-    for (const canvas of root.find((child) => child.handlers[name])) canvas.fire(name, { clientX: 5, clientY: 5 });
+function check({ players, coresOf, spikesOf }) {
+  if (players.length !== sections.length) {
+    throw new Error(sections.map(({ parts }) => parts[".player"].textContent).join("; "));
   }
-  player.go(2);
-  const ticks = player.episode.ticks.map((tick) => ({
-    frames: tick.frames.map(onesOf),
-    spikes: onesOf(tick.spikes),
-    places: spikesOf(player.replay, tick),
-    cores: player.replay.chip ? coresOf(tick) : null,
-  }));
-  return { text: root.text, ticks };
-});
-if (drawn < 100) throw new Error(`only ${drawn} strokes`);
-console.log(JSON.stringify(said));
+  const said = players.map((player, index) => {
+    const { ".player": root, ".still": still } = sections[index].parts;
+    if (!still.hidden) throw new Error("the still picture stays");
+    const last = player.last();
+    for (const at of [0, 1, Math.floor(last / 2), last - 1, last]) player.go(at);
+    sections[index].fire("pointerdown", {});
+    document.fire("keydown", { key: "Home" });
+    if (player.at !== 0) throw new Error(`Home leads to ${player.at}`);
+    document.fire("keydown", { key: "ArrowRight", shiftKey: true });
+    document.fire("keydown", { key: "ArrowLeft" });
+    if (player.at !== Math.min(10, last) - 1) throw new Error(`arrows lead to ${player.at}`);
+    document.fire("keydown", { key: " " });
+    for (let now = 0; frames.length; now += 1000 / 60) frames.shift()(now);
+    if (player.at !== last || player.playing) throw new Error(`played to ${player.at} of ${last}`);
+    const [slider] = root.find((child) => child.tagName === "INPUT");
+    slider.value = "2";
+    slider.fire("input", {});
+    root.find((child) => child.tagName === "SELECT").forEach((select) => select.fire("change", {}));
+    for (const name of ["pointermove", "pointerdown"]) {
+      for (const canvas of root.find((child) => child.handlers[name])) canvas.fire(name, { clientX: 5, clientY: 5 });
+    }
+    root.clientWidth = 342;
+    handlers.resize();
+    if (player.strip.width !== 342) throw new Error(`a narrow page has a strip of ${player.strip.width}`);
+    player.go(2);
+    const ticks = player.episode.ticks.map((tick) => ({
+      frames: tick.frames,
+      spikes: tick.spikes,
+      places: spikesOf(player.replay, tick),
+      cores: player.replay.chip ? coresOf(tick) : null,
+    }));
+    return { text: root.text, ticks };
+  });
+  if (drawn < 100) throw new Error(`only ${drawn} strokes`);
+  console.log(JSON.stringify(said));
+}
+
+window.spikeloop.ready.then(() => check(window.spikeloop));

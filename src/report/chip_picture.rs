@@ -66,7 +66,7 @@ pub fn chip_picture(plan: &ChipPlan, activity: Option<&CoreActivity>) -> String 
     let layout = Layout::new(&plan.mesh);
     let views = [View::Layer, View::Memory].into_iter().chain(activity.map(View::Activity));
     let views: Vec<View> = views.collect();
-    let legend_px = LINE_PX * (plan.populations.len() as u32 + 1);
+    let legend_px = LINE_PX * plan.populations.len() as u32;
     let across = views.len() as u32;
     let (width, height) = (
         across * layout.width + (across + 1) * MARGIN_PX,
@@ -203,13 +203,14 @@ fn legend(svg: &mut String, plan: &ChipPlan, top: u32) {
         let y = top + LINE_PX * index as u32;
         let _ = write!(
             svg,
-            r##"<rect x="{MARGIN_PX}" y="{y}" width="14" height="14" fill="{}" stroke="#888888"/><text x="{}" y="{}">{}: {} neurons on {} cores</text>"##,
+            r##"<rect x="{MARGIN_PX}" y="{y}" width="14" height="14" fill="{}" stroke="#888888"/><text x="{}" y="{}">{}: {} neurons on {} core{}</text>"##,
             colour_of(index),
             MARGIN_PX + 22,
             y + 12,
             escape(&layer.name),
             layer.neurons,
-            layer.cores
+            layer.cores,
+            if layer.cores == 1 { "" } else { "s" }
         );
     }
 }

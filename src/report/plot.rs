@@ -30,7 +30,7 @@ pub fn arena_picture(arena: &ArenaPicture) -> String {
     let frame = sheet.frame(0);
     frame.arena(&mut svg, arena);
     frame.speeds(&mut svg, arena);
-    let _ = write!(svg, r#"<text x="{MARGIN_PX}" y="20">{}</text>"#, escape(&arena.caption()));
+    let _ = write!(svg, r#"<text x="{MARGIN_PX}" y="14">{}</text>"#, escape(&arena.caption()));
     svg.push_str("</svg>\n");
     svg
 }
@@ -84,7 +84,7 @@ impl Frame {
         let s = &driver.summary;
         let _ = write!(
             svg,
-            r#"<text x="{:.0}" y="20">{}, seed {}: {} of {} reached the goal (start blue, goal red, failure x)</text>"#,
+            r#"<text x="{:.0}" y="14">{}, seed {}: {} of {} reached the goal (start blue, goal red, failure x)</text>"#,
             self.left + MARGIN_PX,
             escape(&driver.label),
             driver.seed,

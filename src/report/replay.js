@@ -5,16 +5,23 @@
 
 (function () {
   const SECTOR_DEG = 10, LEFTMOST_DEG = 85, LASER_M_MAX = 8, WINDOW_TICKS = 40;
+  // Widths in page pixels: of a player, of its halves, between panels.
+  const PLAYER_PX = 1136, HALF_PX = 560, GAP_PX = 16;
   const COLOURS = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#e69f00",
     "#44bb99", "#994455", "#997700", "#6699cc", "#bbbbbb"];
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+  const FONT = "11px system-ui, sans-serif";
   const layerColour = (layer) => COLOURS[layer % COLOURS.length];
 
-  // ---- reading: the texts of src/report/replay/codec.rs ----
+  // ---- reading: the text of src/report/replay/codec.rs ----
 
-  function bytesOf(text) {
-    const raw = atob(text);
-    return Uint8Array.from(raw, (letter) => letter.charCodeAt(0));
+  const COLUMNS = ["laser_mm", "goal_mm", "speed", "action", "layer_spikes", "dvs_state", "cores",
+    "dynamic_fj", "time_ps"];
+
+  async function inflated(text) {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
   // LEB128: seven bits per byte, low ones first. Products, since a shift keeps 32 bits only.
@@ -33,33 +40,53 @@
     return numbers;
   }
 
-  // Places of the ones of a set of bits, rising.
-  function onesOf(text) {
-    const [form, ...rest] = bytesOf(text);
-    const ones = [];
-    let next = 0;
-    if (form === 0) {
-      rest.forEach((byte, at) => {
-        for (let bit = 0; bit < 8; bit++) if (byte >> bit & 1) ones.push(8 * at + bit);
+  // Ticks of a trial: frames and spikes as rising places, all else as numbers.
+  function ticksOf(numbers) {
+    let at = 0;
+    const next = () => numbers[at++];
+    const several = (make) => Array.from({ length: next() }, make);
+    const places = () => {
+      let free = 0;
+      return several(() => {
+        const place = free + next();
+        free = place + 1;
+        return place;
       });
-    } else if (form === 1) {
-      for (const gap of numbersOf(rest)) {
-        ones.push(next + gap);
-        next += gap + 1;
-      }
-    } else {
-      numbersOf(rest).forEach((length, index) => {
-        if (index % 2 === 1) for (let one = next; one < next + length; one++) ones.push(one);
-        next += length;
-      });
+    };
+    const ticks = several(() => ({}));
+    for (const tick of ticks) tick.frames = several(places);
+    let before = new Set();
+    for (const tick of ticks) {
+      const now = new Set(before);
+      for (const place of places()) if (!now.delete(place)) now.add(place);
+      tick.spikes = [...now].sort((a, b) => a - b);
+      before = now;
     }
-    return ones;
+    for (const column of COLUMNS) {
+      let last = [];
+      for (const tick of ticks) {
+        last = several((_, index) => {
+          const written = next();
+          return (last[index] || 0) + (written % 2 ? -(written + 1) / 2 : written / 2);
+        });
+        tick[column] = column === "goal_mm" ? last[0] : last;
+      }
+    }
+    return ticks;
+  }
+
+  async function readReplay(text) {
+    const replay = JSON.parse(text);
+    for (const episode of replay.episodes) {
+      episode.ticks = ticksOf(numbersOf(await inflated(episode.ticks)));
+    }
+    return replay;
   }
 
   // What every core did in a tick: synaptic operations, then spikes.
   function coresOf(tick) {
-    const numbers = numbersOf(bytesOf(tick.cores));
-    return { operations: numbers.slice(0, numbers.length / 2), spikes: numbers.slice(numbers.length / 2) };
+    const half = tick.cores.length / 2;
+    return { operations: tick.cores.slice(0, half), spikes: tick.cores.slice(half) };
   }
 
   // [layer, step, row] of every kept spike of a tick.
@@ -73,7 +100,7 @@
       row += layer.neurons;
     });
     let at = 0;
-    return onesOf(tick.spikes).map((one) => {
+    return tick.spikes.map((one) => {
       while (at + 1 < kept.length && one >= kept[at + 1].first) at++;
       const { index, first, row, neurons } = kept[at];
       return [index, Math.floor((one - first) / neurons), row + (one - first) % neurons];
@@ -178,7 +205,7 @@
     const image = paper.createImageData(columns, rows), [r, g, b] = rgbOf(ink.event);
     tick.frames.forEach((frame, index) => {
       const age = tick.frames.length - 1 - index;
-      for (const one of onesOf(frame)) {
+      for (const one of frame) {
         const pixel = 4 * (one % rows * columns + Math.floor(one / rows));
         image.data.set([r, g, b, 255 * Math.pow(0.62, age)], pixel);
       }
@@ -253,7 +280,7 @@
     }
 
     draw(view, ink, at) {
-      const { pen } = view, left = 92, width = view.width - left;
+      const { pen } = view, left = 84, width = view.width - left;
       pen.clearRect(0, 0, view.width, view.height);
       if (this.rows === 0) return;
       const first = Math.max(0, at - WINDOW_TICKS + 1);
@@ -264,21 +291,24 @@
         pen.drawImage(this.sheet, this.steps * first, 0, this.steps * shown, this.rows,
           left, 0, width * shown / WINDOW_TICKS, view.height);
       }
-      let above = 0, free = 0; // names of small layers are pushed apart
-      pen.font = "10px sans-serif";
+      let above = 0, free = 10; // names of small layers are pushed apart
+      pen.font = FONT;
       this.replay.layers.forEach((layer, index) => {
         if (layer.steps === 0) return;
+        const y = Math.max(view.height * (above + layer.neurons / 2) / this.rows + 4, free);
+        free = y + 11;
         pen.fillStyle = layerColour(index);
-        const y = Math.max(view.height * (above + layer.neurons / 2) / this.rows + 3, free);
-        free = y + 10;
-        pen.fillText(layer.name, 0, Math.min(y, view.height - 1));
+        pen.fillRect(4, Math.min(y, view.height - 3) - 7, 7, 7);
+        pen.fillStyle = ink.text;
+        pen.fillText(layer.name, 15, Math.min(y, view.height - 3));
         above += layer.neurons;
       });
     }
   }
 
-  // Goal distance, energy of each tick and spikes over the whole trial, each by its own maximum.
-  function drawStrip(view, ink, episode, at) {
+  // Goal distance, energy of each tick and spikes over the whole trial, each by its own maximum,
+  // above an axis of seconds.
+  function drawStrip(view, ink, replay, episode, at) {
     const { pen } = view, ticks = episode.ticks, n = Math.max(ticks.length, 1);
     pen.clearRect(0, 0, view.width, view.height);
     const energy = ticks.map((tick, index) =>
@@ -286,28 +316,46 @@
     const spikes = ticks.map((tick) => tick.layer_spikes.reduce((sum, count) => sum + count, 0));
     const curves = [
       ["distance to the goal", ticks.map((tick) => tick.goal_mm), ink.goalLine, (n) => (n / 1000).toFixed(1) + " m"],
-      ["energy per tick", energy, ink.event, (n) => (n / 1e9).toFixed(1) + " uJ"],
+      ["energy per tick", energy, ink.energy, (n) => (n / 1e9).toFixed(1) + " uJ"],
       ["spikes per tick", spikes, ink.robot, (n) => n.toLocaleString("en")],
     ];
-    pen.font = "11px sans-serif";
-    curves.forEach(([name, values, colour, said], index) => {
-      const most = Math.max(...values, 0);
-      if (most === 0) return;
-      const points = values.map((value, tick) =>
-        [(tick + 0.5) / n * view.width, view.height - 2 - value / most * (view.height - 18)]);
-      line(pen, points, colour, 1.3);
+    pen.font = FONT;
+    // The legend takes as many lines as it needs.
+    let x = 6, y = 13;
+    const shown = curves.filter(([, values]) => Math.max(...values, 0) > 0);
+    for (const [name, values, colour, said] of shown) {
+      const text = `${name}, up to ${said(Math.max(...values))}`, wide = pen.measureText(text).width;
+      if (x > 6 && x + 14 + wide > view.width) [x, y] = [6, y + 15];
       pen.fillStyle = colour;
-      pen.fillText(`${name}, up to ${said(most)}`, 4 + 200 * index, 11);
-    });
-    const x = (Math.min(at, n - 1) + 0.5) / n * view.width;
-    line(pen, [[x, 0], [x, view.height]], ink.text, 1);
+      pen.fillRect(x, y - 8, 9, 9);
+      pen.fillStyle = ink.text;
+      pen.fillText(text, x + 14, y);
+      x += wide + 34;
+    }
+    const top = y + 9, bottom = view.height - 18;
+    for (const [, values, colour] of shown) {
+      const most = Math.max(...values);
+      line(pen, values.map((value, tick) =>
+        [(tick + 0.5) / n * view.width, bottom - value / most * (bottom - top)]), colour, 1.3);
+    }
+    line(pen, [[0, bottom], [view.width, bottom]], ink.ahead, 1);
+    const hz = replay.settings.control_hz, seconds = n / hz;
+    const every = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500].find((s) => s / seconds * view.width > 60) || 1000;
+    pen.fillStyle = ink.text;
+    for (let second = 0; second <= seconds; second += every) {
+      const x = second / seconds * view.width, text = second + " s";
+      line(pen, [[x, bottom], [x, bottom + 4]], ink.ahead, 1);
+      pen.fillText(text, Math.min(x + 3, view.width - pen.measureText(text).width), view.height - 4);
+    }
+    const now = (Math.min(at, n - 1) + 0.5) / n * view.width;
+    line(pen, [[now, top - 4], [now, bottom]], ink.text, 1);
   }
 
   // ---- one player ----
 
   class Player {
-    constructor(section) {
-      this.replay = JSON.parse(section.querySelector("script").textContent);
+    constructor(section, replay) {
+      this.replay = replay;
       this.root = section.querySelector(".player");
       this.at = 0;
       this.speed = 1;
@@ -318,25 +366,32 @@
       section.querySelector(".still").hidden = true;
     }
 
+    // As wide as the page lets it be, so that writing in pictures keeps its size.
     build() {
       const { replay, root } = this, [x0, y0, x1, y1] = replay.arena.bounds_m;
-      const side = 560, tall = side * (y1 - y0) / Math.max(x1 - x0, y1 - y0, 1e-9);
+      this.room = Math.min(root.clientWidth || PLAYER_PX, PLAYER_PX);
+      const side = Math.min(HALF_PX, this.room), seconds = WINDOW_TICKS / replay.settings.control_hz;
+      const tall = side * (y1 - y0) / Math.max(x1 - x0, y1 - y0, 1e-9);
+      root.replaceChildren();
       this.controls();
       const panels = element("div", root, { className: "panels" });
-      this.arena = canvas(panels, side, Math.max(tall, 1), "arena from above, laser in green");
+      this.arena = canvas(panels, side, Math.max(tall, 1), "arena from above, laser in green, goal in red");
       const right = element("div", panels, { className: "column" });
       const top = element("div", right, { className: "panels" });
       this.events = canvas(top, 256, 256, "event camera, frames of this tick");
       const about = element("div", top, {});
-      this.state = canvas(about, 120, 120, "DVS state");
+      this.state = canvas(about, 120, 120, "DVS state, red above 0");
       this.readout = element("dl", about, { className: "readout" });
       if (replay.chip) {
-        this.layout = corePlaces(replay.chip, 480);
-        this.chip = canvas(right, 480, this.layout.height, "cores of the chip, by layer, glowing with activity");
+        this.layout = corePlaces(replay.chip, side);
+        this.chip = canvas(right, side, this.layout.height, "cores of the chip, by layer, glowing with activity");
         this.about = element("p", right, { className: "about", textContent: "point at a core" });
-        this.chip.canvas.addEventListener("pointermove", (event) => this.point(event));
+        for (const name of ["pointermove", "pointerdown"]) {
+          this.chip.canvas.addEventListener(name, (event) => this.point(event));
+        }
       }
-      this.spikes = canvas(root, 1080, 280, `spikes, the last ${WINDOW_TICKS} ticks`);
+      this.spikes = canvas(root, this.room, 280, `spikes, the last ${WINDOW_TICKS} ticks (${seconds} s)`);
+      element("p", root, { className: "about", textContent: "spikes of this tick by layer, bars up to the most of this trial" });
       this.layers = element("div", root, { className: "layers" });
       this.bars = replay.layers.map((layer, index) => {
         const row = element("div", this.layers, {});
@@ -345,11 +400,21 @@
         bar.style.background = layerColour(index);
         return { bar, number: element("b", row, {}) };
       });
-      this.strip = canvas(root, 1080, 96, "the whole trial; click to go there");
+      this.strip = canvas(root, this.room, 128, "the whole trial; click to go there");
       this.strip.canvas.addEventListener("pointerdown", (event) => {
         const box = this.strip.canvas.getBoundingClientRect();
         this.go(Math.floor((event.clientX - box.left) / box.width * this.last()));
       });
+    }
+
+    // After the page has become wider or narrower.
+    fit() {
+      const room = Math.min(this.root.clientWidth || PLAYER_PX, PLAYER_PX);
+      if (room === this.room) return;
+      const { at, playing } = this;
+      this.build();
+      this.choose(this.chosen, at);
+      this.button.textContent = playing ? "pause" : "play";
     }
 
     controls() {
@@ -359,11 +424,11 @@
       this.slider = element("input", bar, { type: "range", min: 0, value: 0 });
       this.slider.setAttribute("aria-label", "tick");
       this.slider.addEventListener("input", () => this.go(Number(this.slider.value)));
-      this.option(bar, "speed", SPEEDS.map((speed) => [speed, speed + " x"]), 1, (value) => {
+      this.option(bar, "speed", SPEEDS.map((speed) => [speed, speed + " x"]), this.speed, (value) => {
         this.speed = Number(value);
       });
       const trials = this.replay.episodes.map((e, index) => [index, `trial ${e.trial}: ${e.outcome}`]);
-      if (trials.length > 1) this.option(bar, "trial", trials, 0, (value) => this.choose(Number(value)));
+      if (trials.length > 1) this.option(bar, "trial", trials, this.chosen || 0, (value) => this.choose(Number(value)));
       if (this.replay.chip) {
         const kinds = [["operations", "synaptic operations"], ["spikes", "spikes"]];
         this.option(bar, "cores glow with", kinds, this.counted, (value) => {
@@ -381,7 +446,8 @@
       select.addEventListener("change", () => changed(select.value));
     }
 
-    choose(index) {
+    choose(index, at = 0) {
+      this.chosen = index;
       this.episode = this.replay.episodes[index];
       this.raster = new Raster(this.replay, this.episode);
       this.slider.max = this.last();
@@ -390,7 +456,7 @@
       this.most = { operations: most("operations"), spikes: most("spikes") };
       this.mostOfLayer = this.replay.layers.map((_, layer) =>
         ticks.reduce((sum, tick) => Math.max(sum, tick.layer_spikes[layer]), 1));
-      this.go(0);
+      this.go(at);
     }
 
     last() {
@@ -459,7 +525,7 @@
       const ink = (name, otherwise) => style.getPropertyValue("--" + name).trim() || otherwise;
       return {
         text: ink("text", "#222222"), solid: ink("solid", "#9aa3ad"), empty: ink("empty", "#eeeeee"),
-        robot: ink("robot", "#1f77b4"), event: ink("event", "#c2410c"), mover: ink("mover", "#ff9f1c"),
+        robot: ink("robot", "#1f77b4"), event: ink("event", "#c2410c"), energy: ink("energy", "#8a3ffc"), mover: ink("mover", "#ff9f1c"),
         track: "#ff9f1c66", goal: "#d6272859", goalLine: "#d62728", laser: "#2ca02c2e", ahead: "#88888888",
       };
     }
@@ -481,7 +547,7 @@
         bar.style.width = 120 * spikes / this.mostOfLayer[layer] + "px";
         number.textContent = spikes.toLocaleString("en");
       });
-      drawStrip(this.strip, ink, episode, at);
+      drawStrip(this.strip, ink, replay, episode, at);
       this.tell(tick);
     }
 
@@ -490,9 +556,9 @@
       const rows = [["tick", `${at} of ${episode.ticks.length}`],
         ["time", (at / replay.settings.control_hz).toFixed(2) + " s"]];
       if (tick) {
-        rows.push(["goal", milli(tick.goal_mm) + " m"],
+        rows.push(["goal", milli(tick.goal_mm) + " m away"],
           ["speed", `${milli(tick.speed[0])} m/s, ${milli(tick.speed[1])} rad/s`],
-          ["wheels", `${milli(tick.action[0])}, ${milli(tick.action[1])}`]);
+          ["wheels", `${milli(tick.action[0])}, ${milli(tick.action[1])} of the fastest`]);
         replay.cost_tables.forEach((name, index) => rows.push([name,
           `${(tick.dynamic_fj[index] / 1e12).toFixed(2)} mJ, ${(tick.time_ps[index] / 1e9).toFixed(1)} ms so far`]));
       } else {
@@ -506,12 +572,20 @@
     }
   }
 
-  const players = Array.from(document.querySelectorAll("section.replay"), (section) => {
-    const player = new Player(section);
-    section.addEventListener("pointerdown", () => { active = player; });
-    return player;
-  });
-  let active = players[0];
+  const players = [];
+  let active = null;
+  async function start(section) {
+    try {
+      const player = new Player(section, await readReplay(section.querySelector("script").textContent));
+      players.push(player);
+      active = active || player;
+      section.addEventListener("pointerdown", () => { active = player; });
+    } catch (error) {
+      // The still picture is there.
+      section.querySelector(".player").textContent = `This browser cannot play the trial: ${error.message}`;
+    }
+  }
+
   document.addEventListener("keydown", (event) => {
     const name = event.target && event.target.tagName;
     const typing = name === "SELECT" || (name === "BUTTON" && event.key === " ");
@@ -522,6 +596,9 @@
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => players.forEach((player) => player.draw()));
   }
-  // For whoever wants to read the data from a console.
-  window.spikeloop = { players, bytesOf, numbersOf, onesOf, coresOf, spikesOf };
+  window.addEventListener("resize", () => players.forEach((player) => player.fit()));
+  const sections = Array.from(document.querySelectorAll("section.replay"));
+  const ready = sections.reduce((before, section) => before.then(() => start(section)), Promise.resolve());
+  // For whoever wants to read the data from a console, once `ready` is done.
+  window.spikeloop = { ready, players, coresOf, spikesOf };
 })();

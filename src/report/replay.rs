@@ -20,7 +20,7 @@ use crate::world::World;
 use crate::world::pairs::Pair;
 
 /// Version of the JSON form.
-pub const REPLAY_FORMAT: u32 = 1;
+pub const REPLAY_FORMAT: u32 = 2;
 
 /// Trials of one driver, tick by tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -81,12 +81,13 @@ pub struct Episode {
     pub poses_mm: Vec<[i32; 3]>,
     /// x, y (mm) of every mover at the same times.
     pub movers_mm: Vec<Vec<[i32; 2]>>,
-    /// Every control tick.
+    /// Every control tick; in a file, the text of [`codec`].
+    #[serde(with = "codec::ticks")]
     pub ticks: Vec<ReplayTick>,
 }
 
-/// One control tick. Texts are those of [`codec`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// One control tick.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReplayTick {
     /// Ranges of the 18 sectors of 10 degrees in front, from left to right.
     pub laser_mm: Vec<u32>,
@@ -94,19 +95,20 @@ pub struct ReplayTick {
     pub goal_mm: u32,
     /// Speed along the heading (mm/s) and turning speed (mrad/s).
     pub speed: [i32; 2],
-    /// Event frames since the tick before, oldest first: the bits of the active pixels, pixel
-    /// (x, y) being bit `x * rows + y`.
-    pub frames: Vec<String>,
+    /// Event frames since the tick before, oldest first: the active pixels, rising, pixel (x, y)
+    /// being number `x * rows + y`.
+    pub frames: Vec<Vec<u32>>,
     /// Left and right wheel, thousandths of the fastest.
     pub action: [i32; 2],
-    /// Spikes of all layers one after the other, each step by step, neuron by neuron: bits.
-    pub spikes: String,
+    /// Spikes, rising: of the bits of all layers one after the other, each step by step, neuron by
+    /// neuron, those that are set.
+    pub spikes: Vec<u32>,
     /// Number of spikes of every layer.
     pub layer_spikes: Vec<u64>,
     /// The DVS state that the host computed, hundredths.
     pub dvs_state: Vec<i32>,
-    /// Synaptic operations of every core, then spikes of every core: numbers.
-    pub cores: String,
+    /// Synaptic operations of every core, then spikes of every core.
+    pub cores: Vec<u64>,
     /// Dynamic energy since the trial began, by cost table.
     pub dynamic_fj: Vec<u64>,
     /// Modelled chip time since the trial began, by cost table.
@@ -212,8 +214,7 @@ impl Replay {
     pub fn operations_of_cores(&self) -> Vec<u64> {
         let mut sums = vec![0u64; self.chip.as_ref().map_or(0, |plan| plan.utilization.len())];
         for tick in self.episodes.iter().flat_map(|episode| &episode.ticks) {
-            let counts = codec::numbers_of_text(&tick.cores).unwrap_or_default();
-            sums.iter_mut().zip(counts).for_each(|(sum, n)| *sum = sum.saturating_add(n));
+            sums.iter_mut().zip(&tick.cores).for_each(|(sum, n)| *sum = sum.saturating_add(*n));
         }
         sums
     }
@@ -229,7 +230,7 @@ impl Replay {
         [self.kept_layers().map(|layer| layer.steps).max().unwrap_or(0), neurons]
     }
 
-    /// Bits of [`ReplayTick::spikes`].
+    /// Bits that [`ReplayTick::spikes`] are places of.
     pub fn spike_bits(&self) -> u32 {
         self.layers.iter().fold(0, |sum, l| sum.saturating_add(l.neurons.saturating_mul(l.steps)))
     }
@@ -265,8 +266,7 @@ impl ReplayTick {
         let seen = &tick.observation;
         let milli = |value: f64| (value * 1000.0).round() as i32;
         let of_cores = |count: fn(&OpCounts) -> u64| tick.cores.iter().map(count);
-        let cores: Vec<u64> =
-            of_cores(OpCounts::synaptic_ops).chain(of_cores(OpCounts::spikes)).collect();
+        let cores = of_cores(OpCounts::synaptic_ops).chain(of_cores(OpCounts::spikes)).collect();
         let used = tick.chip.as_ref().zip(chip);
         let price = |(used, chip): (&crate::host::ChipUse, &ChipSpec)| {
             chip.cost_tables.iter().map(|table| table.energy(&used.counts).total_fj()).collect()
@@ -275,12 +275,12 @@ impl ReplayTick {
             laser_mm: seen.laser_m.iter().map(|range| milli(*range) as u32).collect(),
             goal_mm: milli(seen.goal_distance_m) as u32,
             speed: [milli(seen.linear_m_per_s), milli(seen.angular_rad_per_s)],
-            frames: seen.frames.iter().map(frame_to_text).collect(),
+            frames: seen.frames.iter().map(pixels_by_column).collect(),
             action: [milli(tick.action.left), milli(tick.action.right)],
-            spikes: codec::bits_to_text(&spike_places(tick, layers)),
+            spikes: spike_places(tick, layers),
             layer_spikes: tick.layer_spikes.clone(),
             dvs_state: tick.dvs_state.iter().map(|x| (x * 100.0).round() as i32).collect(),
-            cores: codec::numbers_to_text(&cores),
+            cores,
             dynamic_fj: used.map(price).unwrap_or_default(),
             time_ps: used.map(|(used, _)| used.time_ps.clone()).unwrap_or_default(),
         }
@@ -288,11 +288,11 @@ impl ReplayTick {
 }
 
 /// Column by column: edges that move leave columns of events.
-fn frame_to_text(frame: &EventFrame) -> String {
+fn pixels_by_column(frame: &EventFrame) -> Vec<u32> {
     let place = |pixel: usize| (pixel % FRAME_COLUMNS * FRAME_ROWS + pixel / FRAME_COLUMNS) as u32;
     let mut ones: Vec<u32> = frame.active().map(place).collect();
     ones.sort_unstable();
-    codec::bits_to_text(&ones)
+    ones
 }
 
 /// Places of a tick's spikes among the bits of all layers.

@@ -49,8 +49,7 @@ fn a_replay_holds_what_was_flown() {
         let costs: Vec<_> = replay.cost_tables.iter().map(|name| chip.costs[name]).collect();
         assert_eq!(last.dynamic_fj, costs.iter().map(|c| c.dynamic_fj).collect::<Vec<_>>());
         assert_eq!(last.time_ps, costs.iter().map(|c| c.time_ps).collect::<Vec<_>>());
-        let cores = |tick: &ReplayTick| codec::numbers_of_text(&tick.cores).unwrap();
-        let all: Vec<u64> = episode.ticks.iter().flat_map(cores).collect();
+        let all: Vec<u64> = episode.ticks.iter().flat_map(|tick| tick.cores.clone()).collect();
         let counted = chip.counters.iter().filter(|(name, _)| name.starts_with("synaptic_ops"));
         let counted = counted.map(|(_, n)| n).sum::<u64>() + chip.counters["updates_spiking"];
         assert_eq!(all.iter().sum::<u64>(), counted);
@@ -64,12 +63,12 @@ fn spikes_come_back_layer_by_layer() {
     let replay = recorded(EngineKind::Event);
     let mut n = 0;
     for (tick, packed) in recording.ticks.iter().zip(&replay.episodes[0].ticks) {
-        let bits = codec::bits_of_text(&packed.spikes, replay.spike_bits()).unwrap();
         let mut first = 0;
         for (layer, steps) in replay.layers.iter().zip(&tick.spikes) {
             for spikes in steps {
                 let end = first + layer.neurons;
-                let here: Vec<u32> = bits
+                let here: Vec<u32> = packed
+                    .spikes
                     .iter()
                     .filter(|bit| (first..end).contains(*bit))
                     .map(|bit| bit - first)
@@ -99,8 +98,7 @@ fn event_frames_come_back_column_by_column() {
     let mut frame = EventFrame::default();
     let pixels = [(0, 0), (0, 127), (5, 3), (5, 4), (127, 127)];
     pixels.iter().for_each(|(x, y)| frame.set(*x, *y));
-    let ones = codec::bits_of_text(&frame_to_text(&frame), 128 * 128).unwrap();
-    assert_eq!(ones, pixels.map(|(x, y)| (x * 128 + y) as u32));
+    assert_eq!(pixels_by_column(&frame), pixels.map(|(x, y)| (x * 128 + y) as u32));
 }
 
 #[test]
@@ -113,15 +111,16 @@ fn json_goes_there_and_back() {
 #[test]
 fn damaged_replays_are_refused_with_their_place() {
     type Damage = fn(&mut Replay);
-    let damages: [(Damage, &str); 9] = [
-        (|r| r.format = 2, "r.json: format 2 found, 1 expected; drive again"),
+    let damages: [(Damage, &str); 10] = [
+        (|r| r.format = 3, "r.json: format 3 found, 2 expected; drive again"),
         (|r| r.frame_size = [1025, 1], "frame_size, layers: frames of 1025 x 1 pixels"),
         (|r| r.layers[0].steps = 1 << 20, "neurons in 1048576 steps of a tick"),
         (|r| r.chip.as_mut().unwrap().mesh.tiles_x = 0, "chip: "),
         (|r| r.episodes[1].poses_mm.truncate(40), "trial 1: 40 ticks, 40 poses and 41 places"),
         (|r| r.episodes[0].movers_mm[2].clear(), "trial 0, tick 2: "),
-        (|r| r.episodes[0].ticks[3].spikes = "!".into(), "trial 0, tick 3: spikes: 1 letters"),
-        (|r| r.episodes[0].ticks[4].cores = String::new(), "tick 4: 0 numbers of cores, 4"),
+        (|r| r.episodes[0].ticks[3].spikes.push(1 << 20), "trial 0, tick 3: spikes: place 1048576"),
+        (|r| r.episodes[0].ticks[3].frames = vec![vec![16_384]], "frames: place 16384 of 16384"),
+        (|r| r.episodes[0].ticks[4].cores.clear(), "tick 4: 0 numbers of cores, 4"),
         (|r| r.episodes[0].ticks[5].time_ps.truncate(1), "tick 5: 1 numbers of time_ps, 2"),
     ];
     let good = recorded(EngineKind::Event);
@@ -132,6 +131,9 @@ fn damaged_replays_are_refused_with_their_place() {
         let error = Replay::from_json("r.json", &text).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
     }
+    let text = serde_json::to_string(&good).unwrap().replace(r#""ticks":""#, r#""ticks":"!"#);
+    let error = Replay::from_json("r.json", &text).unwrap_err().to_string();
+    assert!(error.contains("ticks: base64: Invalid symbol 33"), "{error}");
     assert!(Replay::from_json("r.json", "{}").unwrap_err().to_string().contains("not a replay"));
 }
 

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
-use spikeloop::report::replay::{Replay, codec};
+use spikeloop::report::replay::Replay;
 
 use crate::bad_input::refused;
-use crate::cli::{Folder, reflex_map};
+use crate::cli::Folder;
 use crate::fixtures::eem_san;
 
 /// A small untrained EEM-SAN, compiled, flown for some ticks on the chip, and recorded.
@@ -43,7 +43,7 @@ fn recording_a_small_eem_san_keeps_the_flight_and_holds_frames_spikes_and_state(
         assert_eq!(trial["chip"]["costs"]["sanafe"]["dynamic_fj"], last.dynamic_fj[1]);
         assert_eq!((last.frames.len(), last.dvs_state.len()), (5, 4));
         // The camera was on: there are events once the robot moves.
-        let pixels = |frame: &String| codec::bits_of_text(frame, replay.pixels()).unwrap().len();
+        let pixels = |frame: &Vec<u32>| frame.len();
         assert!(episode.ticks.iter().flat_map(|t| &t.frames).map(pixels).sum::<usize>() > 0);
     }
     let again = "drive s.map --arena map1 --control-hz 20 --trials 2 --ticks-max 12 --threads 1 \
@@ -199,16 +199,14 @@ fn the_script_plays_to_the_end_and_decodes_what_was_recorded() {
     let numbers = |value: &Value| -> Vec<u64> {
         value.as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect()
     };
-    let bits = |text: &str, n: u32| -> Vec<u64> {
-        codec::bits_of_text(text, n).unwrap().into_iter().map(u64::from).collect()
-    };
+    let wide = |places: &[u32]| -> Vec<u64> { places.iter().map(|n| u64::from(*n)).collect() };
     for (seen, tick) in ticks.iter().zip(&replay.episodes[0].ticks) {
         for (seen, frame) in seen["frames"].as_array().unwrap().iter().zip(&tick.frames) {
-            assert_eq!(numbers(seen), bits(frame, replay.pixels()));
+            assert_eq!(numbers(seen), wide(frame));
         }
-        assert_eq!(numbers(&seen["spikes"]), bits(&tick.spikes, replay.spike_bits()));
+        assert_eq!(numbers(&seen["spikes"]), wide(&tick.spikes));
         let cores = [&seen["cores"]["operations"], &seen["cores"]["spikes"]].map(numbers).concat();
-        assert_eq!(cores, codec::numbers_of_text(&tick.cores).unwrap());
+        assert_eq!(cores, tick.cores);
         for place in seen["places"].as_array().unwrap() {
             let [layer, step, _] = numbers(place)[..] else { panic!("{place}") };
             assert!(step < u64::from(replay.layers[layer as usize].steps), "{place}");
@@ -220,22 +218,65 @@ fn the_script_plays_to_the_end_and_decodes_what_was_recorded() {
     }
 }
 
-/// In a real browser, where one is installed.
-#[test]
-fn a_browser_shows_the_player() {
-    let folder = Folder::new();
-    reflex_map(&folder);
-    folder.good("drive reflex.map --trials 1 --ticks-max 20 --replay r.json");
-    folder.good("report r.json -o page.html");
-    let url = format!("file://{}", folder.path("page.html").display());
-    let options = ["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"];
+/// Says in a page what goes wrong in it, before anything else runs.
+const LISTENER: &str = r#"<script>window.errors = [];
+for (const [name, said] of [["error", "message"], ["unhandledrejection", "reason"], ["securitypolicyviolation", "violatedDirective"]])
+  window.addEventListener(name, (event) => window.errors.push(String(event[said])));
+</script><style>"#;
+
+/// What tests/page_probe.js says of a page in a window of this width, and the name of the browser;
+/// `None` (said on standard output) where none is installed.
+fn probe(folder: &Folder, page: &str, width: u32) -> Option<(Value, &'static str)> {
+    let script = concat!("<script>", include_str!("../page_probe.js"), "</script></body>");
+    let html = std::fs::read_to_string(folder.path(page)).unwrap();
+    let html = html.replacen("<style>", LISTENER, 1).replacen("</body>", script, 1);
+    std::fs::write(folder.path("probe.html"), html).unwrap();
+    let profile = format!("--user-data-dir={}", folder.path(&format!("browser{width}")).display());
+    let url = format!("file://{}", folder.path("probe.html").display());
     for browser in ["chromium", "chromium-browser", "google-chrome"] {
-        let Ok(ran) = Command::new(browser).args(options).arg(&url).output() else { continue };
+        let mut command = Command::new(browser);
+        command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic"]);
+        command.args(["--no-first-run", "--disable-background-networking", "--disable-sync"]);
+        command.args(["--disable-component-update", "--virtual-time-budget=20000", "--dump-dom"]);
+        command.args([&profile, &format!("--window-size={width},900"), &url]);
+        let Ok(ran) = command.output() else { continue };
         let dom = String::from_utf8_lossy(&ran.stdout);
-        for part in ["0 of 20", "<canvas", "synaptic operations"] {
-            assert!(dom.contains(part), "{browser}: {part} is not in the page");
-        }
-        return;
+        let said =
+            dom.split(r#"<pre id="probe">"#).nth(1).and_then(|rest| rest.split("</pre>").next());
+        let said = said.unwrap_or_else(|| {
+            panic!("{browser}: the player did not start: {}", String::from_utf8_lossy(&ran.stderr))
+        });
+        let said = said.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+        return Some((serde_json::from_str(&said).unwrap(), browser));
     }
     println!("skipped: needs chromium or google-chrome");
+    None
+}
+
+/// In a real browser, where one is installed: no error, every canvas is drawn on and changes with
+/// the tick, and nothing reaches out of the page, be it wide or narrow.
+#[test]
+fn a_browser_plays_the_page() {
+    let folder = Folder::new();
+    small_eem_san(&folder);
+    folder.good("drive s.map --arena map1 --control-hz 20 --trials 1 --ticks-max 12 --replay r.json --json d.json");
+    folder.good("report r.json d.json -o page.html");
+    for width in [1280, 500] {
+        let Some((said, browser)) = probe(&folder, "page.html", width) else { return };
+        let place = format!("{browser}, {width} pixels");
+        assert_eq!(said["errors"], serde_json::json!([]), "{place}");
+        assert_eq!(said["still_hidden"], true, "{place}");
+        assert_eq!(said["moves"], true, "{place}");
+        assert_eq!(said["cut_off"], serde_json::json!([]), "{place}");
+        let [page, window] = [0, 1].map(|index| said["page_px"][index].as_u64().unwrap());
+        assert!(page <= window, "{place}: the page is {page} wide");
+        // The tick in the middle: arena, events, DVS state, chip, spikes, the whole trial.
+        let inked = said["inked"][1].as_array().unwrap();
+        assert_eq!(inked.len(), 6, "{place}");
+        assert!(inked.iter().all(|n| n.as_u64().unwrap() > 0), "{place}: {inked:?}");
+        for (tick, part) in ["0 of 12", "6 of 12", "end"].iter().enumerate() {
+            let text = said["texts"][tick].as_str().unwrap();
+            assert!(text.contains(part), "{place}: {part} in {text}");
+        }
+    }
 }

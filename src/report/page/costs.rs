@@ -129,7 +129,8 @@ fn lines(result: &DriveResult) -> String {
             true => "nothing".to_owned(),
             false => note.unpriced.join(", "),
         };
-        let line = format!("{}: {} Without a price: {unpriced}.", note.name, note.source);
+        let source = note.source.trim_end_matches('.');
+        let line = format!("{}: {source}. Without a price: {unpriced}.", note.name);
         html += &paragraph(&escape(&line));
     }
     html

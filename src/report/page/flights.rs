@@ -32,7 +32,10 @@ pub(super) fn summary(report: &Report) -> String {
 
 fn driver_card(driver: &DriverResult) -> String {
     let s = &driver.summary;
-    let mut cards = card(&format!("{} of {}", s.success, s.trials), &driver.label);
+    let mut cards = card(
+        &format!("{} of {}", s.success, s.trials),
+        &format!("goals reached, {}", driver.label),
+    );
     if let Some((name, cost)) = s.chip.as_ref().and_then(|chip| chip.costs.iter().next()) {
         let energy = format!("{} uJ", micro(cost.dynamic_fj, s.decisions.max(1) as f64));
         cards += &card(&energy, &format!("dynamic energy per decision, {name}"));

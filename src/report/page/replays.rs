@@ -15,11 +15,12 @@ fn one(file: &str, replay: &Replay) -> String {
     let [first, ..] = replay.episodes.as_slice() else { return String::new() };
     let still = frame_picture(replay, 0, first.ticks.len() / 2);
     let about = format!(
-        "{} in arena {}, seed {}, {} trials recorded tick by tick ({}).",
+        "{} in arena {}, seed {}, {} trial{} recorded tick by tick ({}).",
         replay.driver,
         replay.arena.name,
         replay.seed,
         replay.episodes.len(),
+        if replay.episodes.len() == 1 { "" } else { "s" },
         file
     );
     format!(

@@ -1,110 +1,245 @@
-//! Bits and numbers of a replay as short text, in a form that a page can read without help.
+//! Ticks of a trial as short text, in a form that a page can read without help.
 //!
-//! Text is base64 of bytes. Numbers are LEB128: seven bits per byte, low ones first, the top bit
-//! says that more follow. A set of bits is a byte that names its form, then
+//! Text is base64 of bytes, which are deflated (RFC 1951, what a browser calls `deflate-raw`).
+//! Inflated they are numbers in LEB128: seven bits per byte, low ones first, the top bit says that
+//! more follow. The numbers are, in this order,
 //!
 //! ```text
-//! 0 plain    bit i is bit i % 8 of byte i / 8; zero bytes at the end are left out
-//! 1 gaps     numbers: zeros before each one
-//! 2 runs     numbers: zeros, ones, zeros, ones ...
+//! ticks
+//! frames of each tick: how many; for each, how many pixels, then the gap before each
+//! spikes of each tick: how many differ from the tick before, then the gap before each
+//! nine columns, tick by tick: how many values, then each less the one of the tick before
 //! ```
-//! whichever is shortest.
+//!
+//! The gap before a place is the number of places passed over since the last one. Columns are those
+//! of [`COLUMNS`]; a difference `d` is written as `2 d`, or `-2 d - 1` when it is negative.
 
-/// Forms of a set of bits.
-const PLAIN: u8 = 0;
-const GAPS: u8 = 1;
-const RUNS: u8 = 2;
+use std::io::{Read, Write};
 
-const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::read::DeflateDecoder;
+use flate2::write::DeflateEncoder;
 
-/// The ones of a set of bits; `ones` are their places, rising.
-pub fn bits_to_text(ones: &[u32]) -> String {
-    let forms = [plain(ones), gaps(ones), runs(ones)];
-    let shortest = forms.into_iter().min_by_key(Vec::len).unwrap_or_default();
-    to_base64(&shortest)
-}
+use super::ReplayTick;
 
-/// Places of the ones, rising; all below `n`.
-///
-/// Errors: what is wrong with the text.
-pub fn bits_of_text(text: &str, n: u32) -> Result<Vec<u32>, String> {
-    let bytes = of_base64(text)?;
-    let (form, bytes) = bytes.split_first().ok_or("no bits")?;
-    let ones = match *form {
-        PLAIN => of_plain(bytes),
-        GAPS => of_gaps(&of_leb128(bytes)?),
-        RUNS => of_runs(&of_leb128(bytes)?, n),
-        other => return Err(format!("bits of form {other}, 0 to 2 expected")),
-    };
-    match ones.last() {
-        Some(last) if *last >= u64::from(n) => Err(format!("bit {last} of {n}")),
-        _ => Ok(ones.into_iter().map(|one| one as u32).collect()),
+/// Fields of a tick that are numbers, in the order of the text.
+pub const COLUMNS: [&str; 9] = [
+    "laser_mm",
+    "goal_mm",
+    "speed",
+    "action",
+    "layer_spikes",
+    "dvs_state",
+    "cores",
+    "dynamic_fj",
+    "time_ps",
+];
+
+/// Largest text of numbers that is read, inflated: an upper bound for hostile files.
+const BYTES_MAX: u64 = 1 << 28;
+/// Most bits of a number: a page counts in doubles.
+const BITS_MAX: u32 = 56;
+
+/// The ticks of a trial as text; places in frames and spikes rise.
+pub fn to_text(ticks: &[ReplayTick]) -> String {
+    let mut numbers = vec![ticks.len() as u64];
+    for tick in ticks {
+        numbers.push(tick.frames.len() as u64);
+        tick.frames.iter().for_each(|frame| push_places(&mut numbers, frame));
     }
-}
-
-/// Numbers as text.
-pub fn numbers_to_text(numbers: &[u64]) -> String {
-    to_base64(&leb128(numbers))
-}
-
-/// Numbers of a text.
-///
-/// Errors: what is wrong with the text.
-pub fn numbers_of_text(text: &str) -> Result<Vec<u64>, String> {
-    of_leb128(&of_base64(text)?)
-}
-
-fn plain(ones: &[u32]) -> Vec<u8> {
-    let bytes = ones.last().map_or(0, |last| *last as usize / 8 + 1);
-    let mut plain = vec![0; 1 + bytes];
-    plain[0] = PLAIN;
-    ones.iter().for_each(|one| plain[1 + *one as usize / 8] |= 1 << (one % 8));
-    plain
-}
-
-fn gaps(ones: &[u32]) -> Vec<u8> {
-    let mut next = 0;
-    let gap = |one: &u32| u64::from(one - std::mem::replace(&mut next, one + 1));
-    let gaps: Vec<u64> = ones.iter().map(gap).collect();
-    [vec![GAPS], leb128(&gaps)].concat()
-}
-
-fn runs(ones: &[u32]) -> Vec<u8> {
-    let mut next = 0;
-    let mut lengths = Vec::new();
-    for run in ones.chunk_by(|a, b| a + 1 == *b) {
-        lengths.extend([u64::from(run[0] - next), run.len() as u64]);
-        next = run[0] + run.len() as u32;
+    let mut before: &[u32] = &[];
+    for tick in ticks {
+        push_places(&mut numbers, &toggled(before, &tick.spikes));
+        before = &tick.spikes;
     }
-    [vec![RUNS], leb128(&lengths)].concat()
-}
-
-fn of_plain(bytes: &[u8]) -> Vec<u64> {
-    let set = |bit: &u64| bytes[(bit / 8) as usize] >> (bit % 8) & 1 == 1;
-    (0..8 * bytes.len() as u64).filter(set).collect()
-}
-
-fn of_gaps(gaps: &[u64]) -> Vec<u64> {
-    let mut next = 0u64;
-    let mut one = |gap: &u64| {
-        let one = next.saturating_add(*gap);
-        next = one.saturating_add(1);
-        one
-    };
-    gaps.iter().map(&mut one).collect()
-}
-
-/// Stops behind bit `n`: a run may claim any length.
-fn of_runs(lengths: &[u64], n: u32) -> Vec<u64> {
-    let (mut ones, mut next) = (Vec::new(), 0u64);
-    for (index, length) in lengths.iter().enumerate() {
-        let end = next.saturating_add(*length);
-        if index % 2 == 1 {
-            ones.extend(next..end.min(u64::from(n) + 1));
+    for column in 0..COLUMNS.len() {
+        let mut before = Vec::new();
+        for tick in ticks {
+            let row = row(tick, column);
+            numbers.push(row.len() as u64);
+            let last = |index: usize| before.get(index).copied().unwrap_or(0);
+            let changes =
+                row.iter().enumerate().map(|(index, value)| value.wrapping_sub(last(index)));
+            numbers.extend(changes.map(|d| ((d << 1) ^ (d >> 63)) as u64));
+            before = row;
         }
-        next = end;
     }
-    ones
+    to_base64(&deflated(&leb128(&numbers)))
+}
+
+/// Ticks of a text.
+///
+/// Errors: what is wrong with the text.
+pub fn of_text(text: &str) -> Result<Vec<ReplayTick>, String> {
+    let bytes = STANDARD.decode(text).map_err(|error| format!("base64: {error}"))?;
+    let mut reader = Reader { numbers: of_leb128(&inflated(&bytes)?)?.into_iter() };
+    // Nothing is reserved before it is read: a count may claim any length.
+    let ticks = reader.next()?;
+    let mut frames = Vec::new();
+    for _ in 0..ticks {
+        let count = reader.next()?;
+        frames.push((0..count).map(|_| reader.places()).collect::<Result<Vec<_>, _>>()?);
+    }
+    let mut made: Vec<ReplayTick> = Vec::new();
+    for frames in frames {
+        let before = made.last().map_or(&[][..], |tick| &tick.spikes);
+        let spikes = toggled(before, &reader.places()?);
+        made.push(ReplayTick { frames, spikes, ..ReplayTick::default() });
+    }
+    for (column, name) in COLUMNS.iter().enumerate() {
+        let mut before = Vec::new();
+        for (index, tick) in made.iter_mut().enumerate() {
+            let row = reader.row(&before)?;
+            set_row(tick, column, &row).ok_or_else(|| {
+                format!("tick {index}: {name}: {row:?} is not what belongs there")
+            })?;
+            before = row;
+        }
+    }
+    match reader.numbers.len() {
+        0 => Ok(made),
+        left => Err(format!("{left} numbers are left over")),
+    }
+}
+
+/// Base64 with padding (RFC 4648).
+pub(super) fn to_base64(bytes: &[u8]) -> String {
+    STANDARD.encode(bytes)
+}
+
+/// For `#[serde(with = ...)]`.
+pub(super) mod ticks {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::ReplayTick;
+
+    pub(in crate::report::replay) fn serialize<S: Serializer>(
+        ticks: &[ReplayTick],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&super::to_text(ticks))
+    }
+
+    pub(in crate::report::replay) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<ReplayTick>, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        super::of_text(&text).map_err(|error| serde::de::Error::custom(format!("ticks: {error}")))
+    }
+}
+
+/// Values of a column of [`COLUMNS`].
+fn row(tick: &ReplayTick, column: usize) -> Vec<i64> {
+    fn all<T: Copy + Into<i64>>(values: &[T]) -> Vec<i64> {
+        values.iter().map(|value| (*value).into()).collect()
+    }
+    let counts = |counts: &[u64]| counts.iter().map(|count| *count as i64).collect();
+    match column {
+        0 => all(&tick.laser_mm),
+        1 => all(&[tick.goal_mm]),
+        2 => all(&tick.speed),
+        3 => all(&tick.action),
+        4 => counts(&tick.layer_spikes),
+        5 => all(&tick.dvs_state),
+        6 => counts(&tick.cores),
+        7 => counts(&tick.dynamic_fj),
+        _ => counts(&tick.time_ps),
+    }
+}
+
+/// The inverse of [`row`]; `None` where the values do not fit.
+fn set_row(tick: &mut ReplayTick, column: usize, row: &[i64]) -> Option<()> {
+    fn all<T: TryFrom<i64>>(row: &[i64]) -> Option<Vec<T>> {
+        row.iter().map(|value| T::try_from(*value).ok()).collect()
+    }
+    match column {
+        0 => tick.laser_mm = all(row)?,
+        1 => [tick.goal_mm] = all(row)?.try_into().ok()?,
+        2 => tick.speed = all(row)?.try_into().ok()?,
+        3 => tick.action = all(row)?.try_into().ok()?,
+        4 => tick.layer_spikes = all(row)?,
+        5 => tick.dvs_state = all(row)?,
+        6 => tick.cores = all(row)?,
+        7 => tick.dynamic_fj = all(row)?,
+        _ => tick.time_ps = all(row)?,
+    }
+    Some(())
+}
+
+/// How many places, then the gap before each.
+fn push_places(numbers: &mut Vec<u64>, places: &[u32]) {
+    numbers.push(places.len() as u64);
+    let mut next = 0;
+    let gap = |place: &u32| u64::from(place - std::mem::replace(&mut next, place + 1));
+    numbers.extend(places.iter().map(gap));
+}
+
+/// Places that are in one of two rising lists and not in the other.
+fn toggled(a: &[u32], b: &[u32]) -> Vec<u32> {
+    let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());
+    let mut either = Vec::new();
+    loop {
+        match (a.peek(), b.peek()) {
+            (Some(x), Some(y)) if x == y => {
+                a.next();
+                b.next();
+            }
+            (Some(x), Some(y)) if x < y => either.extend(a.next()),
+            (_, Some(_)) => either.extend(b.next()),
+            (Some(_), None) => either.extend(a.next()),
+            (None, None) => return either,
+        }
+    }
+}
+
+/// Numbers of a text, one after the other.
+struct Reader {
+    numbers: std::vec::IntoIter<u64>,
+}
+
+impl Reader {
+    fn next(&mut self) -> Result<u64, String> {
+        self.numbers.next().ok_or_else(|| "ends too early".to_owned())
+    }
+
+    fn places(&mut self) -> Result<Vec<u32>, String> {
+        let (count, mut next) = (self.next()?, 0u64);
+        let mut place = |_| -> Result<u32, String> {
+            let place = next + self.next()?;
+            next = place + 1;
+            u32::try_from(place).map_err(|_| format!("place {place}, at most {}", u32::MAX))
+        };
+        (0..count).map(&mut place).collect()
+    }
+
+    fn row(&mut self, before: &[i64]) -> Result<Vec<i64>, String> {
+        let count = self.next()?;
+        let mut value = |index: u64| -> Result<i64, String> {
+            let written = self.next()? as i64;
+            let change = (written >> 1) ^ -(written & 1);
+            let last = usize::try_from(index).ok().and_then(|index| before.get(index));
+            Ok(last.copied().unwrap_or(0).wrapping_add(change))
+        };
+        (0..count).map(&mut value).collect()
+    }
+}
+
+fn deflated(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+    let done = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    done.expect("memory takes all that is written")
+}
+
+fn inflated(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let mut inflated = Vec::new();
+    let limited = &mut DeflateDecoder::new(bytes).take(BYTES_MAX + 1);
+    limited.read_to_end(&mut inflated).map_err(|error| format!("deflate: {error}"))?;
+    match inflated.len() as u64 {
+        0..=BYTES_MAX => Ok(inflated),
+        _ => Err(format!("more than {BYTES_MAX} bytes when inflated")),
+    }
 }
 
 fn leb128(numbers: &[u64]) -> Vec<u8> {
@@ -123,9 +258,8 @@ fn leb128(numbers: &[u64]) -> Vec<u8> {
 fn of_leb128(bytes: &[u8]) -> Result<Vec<u64>, String> {
     let (mut numbers, mut number, mut shift) = (Vec::new(), 0u64, 0);
     for byte in bytes {
-        // A page counts in doubles.
-        if shift > 49 {
-            return Err("a number of more than 56 bits".to_owned());
+        if shift >= BITS_MAX {
+            return Err(format!("a number of more than {BITS_MAX} bits"));
         }
         number |= u64::from(byte & 0x7f) << shift;
         shift += 7;
@@ -135,39 +269,6 @@ fn of_leb128(bytes: &[u8]) -> Result<Vec<u64>, String> {
         }
     }
     if shift > 0 { Err("ends within a number".to_owned()) } else { Ok(numbers) }
-}
-
-/// Base64 with padding (RFC 4648).
-pub fn to_base64(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let byte = |index: usize| u32::from(group.get(index).copied().unwrap_or(0));
-        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for place in 0..4 {
-            let letter = ALPHABET[(word >> (18 - 6 * place) & 63) as usize];
-            text.push(if place > group.len() { '=' } else { letter as char });
-        }
-    }
-    text
-}
-
-fn of_base64(text: &str) -> Result<Vec<u8>, String> {
-    let letters = text.trim_end_matches('=').as_bytes();
-    if !text.len().is_multiple_of(4) || letters.len() + 2 < text.len() {
-        return Err(format!("{} letters of base64, a multiple of 4 expected", text.len()));
-    }
-    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
-    for group in letters.chunks(4) {
-        let mut word = 0u32;
-        for letter in group {
-            let value = ALPHABET.iter().position(|known| known == letter);
-            let value = value.ok_or_else(|| format!("letter {:?} in base64", *letter as char))?;
-            word = word << 6 | value as u32;
-        }
-        word <<= 6 * (4 - group.len());
-        bytes.extend(&word.to_be_bytes()[1..group.len().max(2)]);
-    }
-    Ok(bytes)
 }
 
 #[cfg(test)]

@@ -89,7 +89,7 @@ fn arena(svg: &mut String, replay: &Replay, episode: &Episode, tick: usize, fram
         "{}, arena {}, seed {}, trial {}: {}{hit}",
         replay.driver, replay.arena.name, replay.seed, episode.trial, episode.outcome
     );
-    let _ = write!(svg, r#"<text x="34" y="20">{}</text>"#, escape(&title));
+    let _ = write!(svg, r#"<text x="34" y="14">{}</text>"#, escape(&title));
 }
 
 /// The laser's sectors as wedges.
@@ -125,12 +125,11 @@ fn events(svg: &mut String, replay: &Replay, tick: &ReplayTick, [left, top]: [f6
     for (frame, opacity) in
         tick.frames.iter().zip(EVENT_OPACITY.iter().take(tick.frames.len()).rev())
     {
-        let pixels = codec::bits_of_text(frame, replay.pixels()).unwrap_or_default();
         let _ = write!(
             svg,
             r##"<g fill="#c2410c" fill-opacity="{opacity}" transform="translate({left:.0} {top:.0}) scale({px})"><path d=""##
         );
-        for run in pixels.chunk_by(|a, b| a + 1 == *b && b % rows > 0) {
+        for run in frame.chunk_by(|a, b| a + 1 == *b && b % rows > 0) {
             let _ = write!(svg, "M{} {}h1v{}h-1z", run[0] / rows, run[0] % rows, run.len());
         }
         svg.push_str(r#""/></g>"#);
@@ -166,8 +165,7 @@ fn readout(
 /// Cores that glow with the tick's synaptic operations.
 fn chip(svg: &mut String, replay: &Replay, tick: &ReplayTick, [left, top]: [f64; 2]) {
     let Some(plan) = &replay.chip else { return };
-    let numbers = codec::numbers_of_text(&tick.cores).unwrap_or_default();
-    let busy = &numbers[..numbers.len().min(plan.utilization.len())];
+    let busy = &tick.cores[..tick.cores.len().min(plan.utilization.len())];
     let title = "cores by layer, brighter with more synaptic operations in this tick";
     let _ = write!(svg, r#"<text x="{left:.0}" y="{:.0}">{title}</text>"#, top - 14.0);
     glowing_cores(svg, plan, [left as u32, top as u32], busy);
@@ -222,9 +220,8 @@ fn raster_png(replay: &Replay, episode: &Episode) -> Option<Vec<u8>> {
     let row_bytes = width.div_ceil(8) as usize;
     let mut bits = vec![0u8; row_bytes * height as usize];
     for (tick, at) in episode.ticks.iter().enumerate() {
-        let spikes = codec::bits_of_text(&at.spikes, replay.spike_bits()).unwrap_or_default();
-        for place in spikes {
-            let (step, neuron) = place_of(replay, place);
+        for place in &at.spikes {
+            let (step, neuron) = place_of(replay, *place);
             let x = tick * steps as usize + step as usize;
             bits[row_bytes * neuron as usize + x / 8] |= 0x80 >> (x % 8);
         }

@@ -113,17 +113,23 @@ impl CostTable {
     /// Hop latencies are left out: messages travel while other work goes on, and no public source
     /// says how much of it they hide.
     pub fn core_time_ps(&self, counts: &OpCounts) -> u64 {
+        self.core_times().of(counts)
+    }
+
+    /// The prices of [`CostTable::core_time_ps`] in whole picoseconds, for repeated use.
+    pub(crate) fn core_times(&self) -> CoreTimes {
         let t = &self.time_ns;
-        weigh(&[
-            (counts.synaptic_ops_dense, t.synaptic_op_dense),
-            (counts.synaptic_ops_sparse, t.synaptic_op_sparse),
-            (counts.synaptic_ops_kernel, t.synaptic_op_kernel),
-            (counts.updates_inactive, t.update_inactive),
-            (counts.updates_active, t.update_active),
-            (counts.updates_spiking, t.update_spiking),
-            (counts.messages, t.message_out),
-            (counts.axon_deliveries, t.axon_in),
-        ])
+        let prices = [
+            t.synaptic_op_dense,
+            t.synaptic_op_sparse,
+            t.synaptic_op_kernel,
+            t.update_inactive,
+            t.update_active,
+            t.update_spiking,
+            t.message_out,
+            t.axon_in,
+        ];
+        CoreTimes { ps: prices.map(milli) }
     }
 
     /// Duration of one barrier across `tiles` tiles, in picoseconds.
@@ -153,6 +159,30 @@ impl CostTable {
                     .map(|value| ("barrier_ns_by_tiles".to_owned(), value)),
             )
             .collect()
+    }
+}
+
+/// Time prices of a core's operations, see [`CostTable::core_times`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CoreTimes {
+    ps: [u64; 8],
+}
+
+impl CoreTimes {
+    /// Picoseconds that a core is busy with `counts`.
+    #[inline(always)]
+    pub(crate) fn of(&self, counts: &OpCounts) -> u64 {
+        let counts = [
+            counts.synaptic_ops_dense,
+            counts.synaptic_ops_sparse,
+            counts.synaptic_ops_kernel,
+            counts.updates_inactive,
+            counts.updates_active,
+            counts.updates_spiking,
+            counts.messages,
+            counts.axon_deliveries,
+        ];
+        counts.iter().zip(&self.ps).map(|(count, ps)| count * ps).sum()
     }
 }
 

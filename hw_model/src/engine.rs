@@ -30,7 +30,7 @@ mod record;
 mod stimulus;
 
 pub use dense::DenseEngine;
-pub use event::EventEngine;
+pub use event::{EventEngine, MemoryUse};
 pub use record::{PopulationSpikes, Spike, SpikeRecord};
 pub use stimulus::{Stimulus, StimulusError};
 

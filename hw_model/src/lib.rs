@@ -19,7 +19,7 @@ pub mod weight;
 
 pub use core_map::{CoreMap, CoreMapParts};
 pub use counters::OpCounts;
-pub use engine::{DenseEngine, Engine, EventEngine};
+pub use engine::{DenseEngine, Engine, EventEngine, MemoryUse};
 pub use error::{ChipError, MapError, TextError};
 pub use faults::Faults;
 pub use spec::ChipSpec;

@@ -11,7 +11,7 @@ use crate::spec::{Packing, PackingRule};
 use crate::weight::SynapseFormat;
 
 /// Weights of consecutive compartments, or of chosen ones.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SynapseForm {
     /// One weight for each compartment from `first` on; zero weights are stored and cost an
     /// operation each.
@@ -31,7 +31,7 @@ pub enum SynapseForm {
 }
 
 /// Synapses of one format.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct SynapseEntry {
     /// Index of the format in its core.
     pub format: u8,

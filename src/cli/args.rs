@@ -212,7 +212,8 @@ pub(super) struct RunArgs {
     /// Engine
     #[arg(long, value_enum, default_value = "event")]
     pub(super) engine: EngineArg,
-    /// Threads of the event engine (the dense one has one); the result is the same for any number
+    /// Threads of the event engine at most, fewer where they have too little to do (the dense one
+    /// has one); the result is the same for any number
     #[arg(long, default_value_t = 1, value_name = "K", value_parser = up_to(THREADS_MAX))]
     pub(super) threads: usize,
     /// Spikes to write (.npz): arrays POPULATION_t and POPULATION_i

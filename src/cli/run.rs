@@ -36,7 +36,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
     let late = spikes.len() - spikes.partition_point(|spike| spike.0 < steps as u64);
     say(format_args!("{} input spikes, {late} of them after the last step", spikes.len()))?;
     let mut engine: Box<dyn Engine> = match args.engine {
-        EngineArg::Event => Box::new(EventEngine::with_threads(Arc::clone(&map), args.threads)),
+        EngineArg::Event => {
+            Box::new(EventEngine::with_threads_at_most(Arc::clone(&map), args.threads))
+        }
         EngineArg::Dense => Box::new(DenseEngine::new(Arc::clone(&map))),
     };
     let started = Instant::now();

@@ -199,10 +199,15 @@ impl DenseEngine {
 }
 
 /// For each list of a core: whether several axons use it.
-pub(super) fn shared_lists(core: &Core) -> Vec<bool> {
+fn shared_lists(core: &Core) -> Vec<bool> {
+    list_users(core).into_iter().map(|users| users > 1).collect()
+}
+
+/// For each list of a core: how many axons use it.
+pub(super) fn list_users(core: &Core) -> Vec<u32> {
     let mut users = vec![0u32; core.lists.len()];
     core.axons_in.iter().for_each(|axon| users[axon.list as usize] += 1);
-    users.into_iter().map(|n| n > 1).collect()
+    users
 }
 
 impl Engine for DenseEngine {

@@ -6,18 +6,34 @@
 //! the order of spikes nor the number of threads can change a result.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::barrier::StepBarrier;
-use super::lanes::{self, BLOCK, BlockCounts, Lanes, update_block};
-use super::plan::{CorePlan, Link, Plan, RowShape, SendCost};
-use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults};
+use pulp::{Arch, NullaryFnOnce};
+
+use super::plan::{Fan, Plan};
+use super::{
+    Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults, lanes,
+};
 use crate::compartment::{CompartmentState, Widths};
 use crate::core_map::CoreMap;
-use crate::cost::CostTable;
+use crate::cost::{CoreTimes, CostTable};
 use crate::counters::OpCounts;
 use crate::faults::{Faults, Loss};
 use crate::id::{CompartmentIdx, CoreId};
+use core_run::CoreRun;
+use spikes::{SourceSpikes, SpikeSets};
+
+mod core_run;
+mod spikes;
+
+/// Bytes of memory that an engine takes, beside the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MemoryUse {
+    /// Weights and routing: all engines that come of [`EventEngine::fresh`] share them.
+    pub shared: usize,
+    /// State of compartments, sums and spikes, of each engine.
+    pub state: usize,
+}
 
 /// Runs a map by its events.
 #[derive(Debug)]
@@ -28,57 +44,14 @@ pub struct EventEngine {
     /// Cores of each thread.
     shares: Vec<usize>,
     cores: Vec<CoreRun>,
+    /// Pushed synapses of each thread's cores.
+    fans: Vec<Fan>,
     spikes: [SpikeSets; 2],
     faults: Faults,
     chip_counts: OpCounts,
     barriers_ps: Vec<u64>,
     time_ps: Vec<u64>,
     now: u64,
-}
-
-/// Mutable part of one core.
-#[derive(Debug, Clone)]
-struct CoreRun {
-    current: Vec<i32>,
-    voltage: Vec<i32>,
-    refractory: Vec<u8>,
-    /// Sum of the effective weights in units of 64.
-    accumulators: Vec<i32>,
-    /// Whether any compartment may change without input.
-    awake: bool,
-    /// Whether the core is held.
-    held: bool,
-    /// Whether the spikes under way to this core were cleared.
-    deaf: bool,
-    counts: OpCounts,
-}
-
-/// One bit per unit of every source (cores, then ports).
-#[derive(Debug)]
-struct SpikeSets {
-    sources: Vec<Vec<AtomicU64>>,
-}
-
-impl SpikeSets {
-    fn new(sizes: &[usize]) -> Self {
-        let words = |size: &usize| (0..size.div_ceil(64)).map(|_| AtomicU64::new(0)).collect();
-        Self { sources: sizes.iter().map(words).collect() }
-    }
-
-    fn clear(&self) {
-        self.sources.iter().flatten().for_each(|word| word.store(0, Ordering::Relaxed));
-    }
-
-    /// Calls `f` with every unit of `source` that spiked, in order.
-    fn for_each(&self, source: usize, mut f: impl FnMut(usize)) {
-        for (index, word) in self.sources[source].iter().enumerate() {
-            let mut bits = word.load(Ordering::Relaxed);
-            while bits != 0 {
-                f(index * 64 + bits.trailing_zeros() as usize);
-                bits &= bits - 1;
-            }
-        }
-    }
 }
 
 impl EventEngine {
@@ -90,12 +63,22 @@ impl EventEngine {
     /// The same on `threads` threads (at least one, at most one per core).
     pub fn with_threads(map: Arc<CoreMap>, threads: usize) -> Self {
         let plan = Arc::new(Plan::new(&map));
-        let core = |core: &CorePlan| CoreRun::new(core.sends.len());
+        Self::with_plan(map, plan, threads)
+    }
+
+    fn with_plan(map: Arc<CoreMap>, plan: Arc<Plan>, threads: usize) -> Self {
         let barriers_ps = barriers_ps(&map);
+        let shares = plan.shares(threads);
+        let mut next = 0;
+        let fan = |len: &usize| {
+            next += len;
+            plan.fans.part(next - len..next)
+        };
         Self {
             widths: Widths::new(&map.chip().arithmetic),
-            shares: plan.shares(threads),
-            cores: plan.cores.iter().map(core).collect(),
+            fans: shares.iter().map(fan).collect(),
+            shares,
+            cores: plan.cores.iter().map(CoreRun::new).collect(),
             spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
             faults: Faults::default(),
             chip_counts: OpCounts::default(),
@@ -107,15 +90,37 @@ impl EventEngine {
         }
     }
 
+    /// The same on as many threads as have enough to do, at most `threads`: a step of a small map is
+    /// over before a second thread has been told of it.
+    pub fn with_threads_at_most(map: Arc<CoreMap>, threads: usize) -> Self {
+        let plan = Arc::new(Plan::new(&map));
+        let threads = plan.threads_that_pay(threads);
+        Self::with_plan(map, plan, threads)
+    }
+
+    /// Number of threads that run.
+    pub fn threads(&self) -> usize {
+        self.shares.len()
+    }
+
+    /// What the engine takes of the machine's memory.
+    pub fn memory(&self) -> MemoryUse {
+        let cores = self.cores.iter().map(CoreRun::bytes).sum::<usize>();
+        let fans = self.fans.iter().map(Fan::bytes).sum::<usize>();
+        let spikes =
+            2 * self.plan.source_sizes.iter().map(|size| size.div_ceil(64) * 8).sum::<usize>();
+        MemoryUse { shared: self.plan.bytes(), state: cores + fans + spikes }
+    }
+
     /// A second engine on the same map at step 0, without faults; weights and routing are shared.
     pub fn fresh(&self) -> Self {
-        let cores = self.cores.iter().map(|core| CoreRun::new(core.current.len())).collect();
         Self {
             map: Arc::clone(&self.map),
             plan: Arc::clone(&self.plan),
             widths: self.widths,
             shares: self.shares.clone(),
-            cores,
+            cores: self.plan.cores.iter().map(CoreRun::new).collect(),
+            fans: self.fans.iter().map(Fan::fresh).collect(),
             spikes: [
                 SpikeSets::new(&self.plan.source_sizes),
                 SpikeSets::new(&self.plan.source_sizes),
@@ -132,7 +137,8 @@ impl EventEngine {
 /// What all threads of a run share.
 struct Run<'a> {
     plan: &'a Plan,
-    tables: &'a [CostTable],
+    /// One for each cost table.
+    times: Vec<CoreTimes>,
     widths: Widths,
     /// Whether the vector path computes the same for these widths.
     fast: bool,
@@ -143,6 +149,16 @@ struct Run<'a> {
     start: u64,
 }
 
+/// All steps of one thread, compiled for several instruction sets.
+struct Work<'a> {
+    run: &'a Run<'a>,
+    /// Number of the first of `cores`.
+    first: usize,
+    cores: &'a mut [CoreRun],
+    fan: &'a mut Fan,
+    record: &'a SpikeRecord,
+}
+
 /// What one thread brings back.
 #[derive(Debug, Default)]
 struct Share {
@@ -151,246 +167,116 @@ struct Share {
     slowest_ps: Vec<u64>,
 }
 
-impl Run<'_> {
-    /// All steps for `cores`, the first of which has the number `first`.
-    fn work(&self, first: usize, cores: &mut [CoreRun], record: &SpikeRecord) -> Share {
-        let mut share = Share::default();
-        let tables = self.tables.len();
-        for step in 0..self.stimulus.steps() {
-            let now = self.start + step as u64;
-            let [before, under_way] = match now % 2 {
-                0 => [&self.spikes[1], &self.spikes[0]],
-                _ => [&self.spikes[0], &self.spikes[1]],
-            };
-            // What arrives now was sent in the step before.
-            let loss = now.checked_sub(1).and_then(|sent| self.faults.loss(sent));
-            share.slowest_ps.resize((step + 1) * tables, 0);
-            for (offset, core) in cores.iter_mut().enumerate() {
-                let core_id = first + offset;
-                if self.faults.is_dead(core_id) {
-                    continue;
-                }
-                let counted = core.counts;
-                let plan = &self.plan.cores[core_id];
-                let spikes = &under_way.sources[core_id];
-                if core.held {
-                    core.lose_spikes(plan, before, loss, spikes);
-                } else {
-                    let delivered = core.deliver_spikes(plan, before, loss);
-                    core.update_compartments(plan, &self.widths, self.fast, delivered, spikes);
-                }
-                if record.wants(CoreId(core_id as u16)) {
-                    under_way.for_each(core_id, |compartment| {
-                        let (core, compartment) =
-                            (CoreId(core_id as u16), CompartmentIdx(compartment as u16));
-                        share.spikes.push(Spike { step: now, core, compartment });
-                    });
-                }
-                let done = core.counts - counted;
-                for (slowest, table) in
-                    share.slowest_ps[step * tables..].iter_mut().zip(self.tables)
-                {
-                    *slowest = (*slowest).max(table.core_time_ps(&done));
-                }
-            }
-            if first == 0 {
-                self.inject(step, under_way);
-            }
-            self.barrier.wait();
+impl NullaryFnOnce for Work<'_> {
+    type Output = Share;
+
+    #[inline(always)]
+    fn call(mut self) -> Share {
+        let run = self.run;
+        let tables = run.times.len();
+        let steps = run.stimulus.steps();
+        let mut share = Share { spikes: Vec::new(), slowest_ps: vec![0; steps * tables] };
+        for step in 0..steps {
+            let slowest_ps = &mut share.slowest_ps[step * tables..][..tables];
+            self.step(step, slowest_ps, &mut share.spikes);
+            run.barrier.wait();
         }
         share
     }
+}
 
-    fn inject(&self, step: usize, under_way: &SpikeSets) {
-        let ports = &under_way.sources[self.plan.cores.len()..];
-        ports.iter().flatten().for_each(|word| word.store(0, Ordering::Relaxed));
-        for (port, line) in self.stimulus.at(step) {
-            let word = &ports[*port as usize][*line as usize / 64];
-            word.fetch_or(1 << (line % 64), Ordering::Relaxed);
+impl Work<'_> {
+    #[inline(always)]
+    fn step(&mut self, step: usize, slowest_ps: &mut [u64], spikes: &mut Vec<Spike>) {
+        let run = self.run;
+        let now = run.start + step as u64;
+        let [before, under_way] = match now % 2 {
+            0 => [&run.spikes[1], &run.spikes[0]],
+            _ => [&run.spikes[0], &run.spikes[1]],
+        };
+        // What arrives now was sent in the step before.
+        let loss = now.checked_sub(1).and_then(|sent| run.faults.loss(sent));
+        if !self.fan.is_empty() {
+            self.push(before, loss);
+        }
+        for (offset, core) in self.cores.iter_mut().enumerate() {
+            let core_id = self.first + offset;
+            if run.faults.is_dead(core_id) {
+                continue;
+            }
+            let plan = &run.plan.cores[core_id];
+            let under_way_here = &under_way.sources()[core_id];
+            if core.held {
+                core.lose_spikes(plan, before, loss, under_way_here);
+            } else {
+                let mut done = OpCounts::default();
+                let pushed = self.fan.take(&run.plan.fans, core_id);
+                core.deliver((plan, &run.plan.weights), before, pushed, loss, &mut done);
+                core.update(plan, &run.widths, run.fast, under_way_here, &mut done);
+                for (slowest, times) in slowest_ps.iter_mut().zip(&run.times) {
+                    *slowest = (*slowest).max(times.of(&done));
+                }
+                core.counts += &done;
+            }
+            let core = CoreId(core_id as u16);
+            if self.record.wants(core) {
+                for compartment in under_way.of(core_id) {
+                    let compartment = CompartmentIdx(compartment as u16);
+                    spikes.push(Spike { step: now, core, compartment });
+                }
+            }
+        }
+        if self.first == 0 {
+            run.inject(step, under_way);
+        }
+    }
+
+    /// Adds what the spikes of the step before push onto the cores of this thread.
+    #[inline(always)]
+    fn push(&mut self, before: &SpikeSets, loss: Option<Loss>) {
+        let (run, fans) = (self.run, &self.run.plan.fans);
+        let odd = |core: &CoreRun| core.held || core.deaf;
+        if loss.is_some() || !run.faults.dead_cores().is_empty() || self.cores.iter().any(odd) {
+            self.push_some(before, loss);
+            return;
+        }
+        for (source, first_unit) in fans.sources() {
+            for unit in before.of(source) {
+                self.fan.push(fans, first_unit + unit);
+            }
+        }
+    }
+
+    /// The same where messages may be lost, and cores dead, held or deaf.
+    #[inline(never)]
+    fn push_some(&mut self, before: &SpikeSets, loss: Option<Loss>) {
+        let (run, fans) = (self.run, &self.run.plan.fans);
+        for (source, first_unit) in fans.sources() {
+            for unit in before.of(source) {
+                self.fan.push_some(fans, (source, first_unit, unit), |axon| {
+                    let core = &mut self.cores[axon.core - self.first];
+                    if run.faults.is_dead(axon.core) || core.deaf {
+                        return false;
+                    }
+                    let lost = loss.is_some_and(|loss| {
+                        loss.takes(axon.source, axon.unit, axon.core, axon.axon)
+                    });
+                    core.counts.messages_lost += u64::from(lost);
+                    core.counts.deliveries_while_held += u64::from(core.held && !lost);
+                    !lost && !core.held
+                });
+            }
         }
     }
 }
 
-impl CoreRun {
-    fn new(compartments: usize) -> Self {
-        Self {
-            current: vec![0; compartments],
-            voltage: vec![0; compartments],
-            refractory: vec![0; compartments],
-            accumulators: vec![0; compartments],
-            awake: true,
-            held: false,
-            deaf: false,
-            counts: OpCounts::default(),
+impl Run<'_> {
+    fn inject(&self, step: usize, under_way: &SpikeSets) {
+        let ports = &under_way.sources()[self.plan.cores.len()..];
+        ports.iter().for_each(SourceSpikes::clear);
+        for (port, line) in self.stimulus.at(step) {
+            ports[*port as usize].add(*line as usize / 64, 1 << (line % 64));
         }
-    }
-
-    /// A step of a held core: counts the spikes that arrive, and makes none.
-    fn lose_spikes(
-        &mut self,
-        plan: &CorePlan,
-        before: &SpikeSets,
-        loss: Option<Loss>,
-        spikes: &[AtomicU64],
-    ) {
-        spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
-        if std::mem::take(&mut self.deaf) {
-            return;
-        }
-        for link in &plan.links {
-            before.for_each(link.source, |unit| {
-                let axons = link.axons_of(unit);
-                let lost = loss.map_or(0, |loss| {
-                    let takes = |axon: &&u16| loss.takes(link.source, unit, link.target, **axon);
-                    axons.iter().filter(takes).count()
-                });
-                self.counts.messages_lost += lost as u64;
-                self.counts.deliveries_while_held += (axons.len() - lost) as u64;
-            });
-        }
-    }
-
-    /// Adds the weights of all spikes that arrive; true when there were any.
-    fn deliver_spikes(&mut self, plan: &CorePlan, before: &SpikeSets, loss: Option<Loss>) -> bool {
-        if std::mem::take(&mut self.deaf) {
-            return false;
-        }
-        let deliveries = self.counts.axon_deliveries;
-        for link in &plan.links {
-            before.for_each(link.source, |unit| {
-                let axons = link.axons_of(unit);
-                match loss {
-                    None => axons.iter().for_each(|axon| self.accumulate(plan, *axon)),
-                    Some(loss) => self.accumulate_some(plan, link, unit, loss),
-                }
-            });
-        }
-        self.counts.axon_deliveries != deliveries
-    }
-
-    /// The messages of one spike that are not lost.
-    #[inline(never)]
-    fn accumulate_some(&mut self, plan: &CorePlan, link: &Link, unit: usize, loss: Loss) {
-        for axon in link.axons_of(unit) {
-            if loss.takes(link.source, unit, link.target, *axon) {
-                self.counts.messages_lost += 1;
-            } else {
-                self.accumulate(plan, *axon);
-            }
-        }
-    }
-
-    #[inline]
-    fn accumulate(&mut self, plan: &CorePlan, axon: u16) {
-        let (row, base) = plan.axons[usize::from(axon)];
-        let row = plan.rows[row as usize];
-        let weights = &plan.weights[row.weights_at as usize..][..row.len as usize];
-        match row.shape {
-            RowShape::Dense { first } => {
-                let start = usize::from(base) + usize::from(first);
-                let accumulators = &mut self.accumulators[start..][..weights.len()];
-                for (sum, weight) in accumulators.iter_mut().zip(weights) {
-                    *sum += i32::from(*weight);
-                }
-            }
-            RowShape::Runs { runs_at, n_runs } => {
-                let mut weights = weights;
-                for (first, len) in &plan.runs[runs_at as usize..][..n_runs as usize] {
-                    let start = usize::from(base) + usize::from(*first);
-                    let (run, rest) = weights.split_at(usize::from(*len));
-                    let accumulators = &mut self.accumulators[start..][..run.len()];
-                    for (sum, weight) in accumulators.iter_mut().zip(run) {
-                        *sum += i32::from(*weight);
-                    }
-                    weights = rest;
-                }
-            }
-            RowShape::Sparse { targets_at } => {
-                let targets = &plan.targets[targets_at as usize..][..weights.len()];
-                for (target, weight) in targets.iter().zip(weights) {
-                    self.accumulators[usize::from(base) + usize::from(*target)] +=
-                        i32::from(*weight);
-                }
-            }
-        }
-        self.counts.axon_deliveries += 1;
-        self.counts.synaptic_ops_dense += u64::from(row.ops[0]);
-        self.counts.synaptic_ops_sparse += u64::from(row.ops[1]);
-        self.counts.synaptic_ops_kernel += u64::from(row.ops[2]);
-    }
-
-    /// One step of every compartment; a core that is asleep is only counted.
-    fn update_compartments(
-        &mut self,
-        plan: &CorePlan,
-        widths: &Widths,
-        fast: bool,
-        delivered: bool,
-        spikes: &[AtomicU64],
-    ) {
-        spikes.iter().for_each(|word| word.store(0, Ordering::Relaxed));
-        if !delivered && !self.awake {
-            self.counts.updates_inactive += self.current.len() as u64;
-            return;
-        }
-        let mut block_counts = BlockCounts::default();
-        let mut spiking = 0;
-        for block in &plan.blocks {
-            let range = block.start..block.start + block.len;
-            let lanes = Lanes {
-                bias: &plan.biases[range.clone()],
-                accumulators: &mut self.accumulators[range.clone()],
-                current: &mut self.current[range.clone()],
-                voltage: &mut self.voltage[range.clone()],
-                refractory: &mut self.refractory[range],
-            };
-            let bits = update_block(&block.params, widths, fast, lanes, &mut block_counts);
-            if bits != 0 {
-                spikes[block.start / BLOCK]
-                    .fetch_or(bits << (block.start % BLOCK), Ordering::Relaxed);
-                spiking += bits.count_ones();
-                self.count_messages(&plan.sends[block.start..], bits);
-            }
-        }
-        self.awake = block_counts.awake;
-        self.count_updates(&block_counts, spiking);
-    }
-
-    fn count_updates(&mut self, block: &BlockCounts, spiking: u32) {
-        let counts = &mut self.counts;
-        counts.updates_spiking += u64::from(spiking);
-        counts.updates_inactive += u64::from(block.inactive);
-        counts.updates_active += self.current.len() as u64 - u64::from(spiking + block.inactive);
-        counts.accumulator_overflows += u64::from(block.accumulator_overflows);
-        counts.current_overflows += u64::from(block.current_overflows);
-        counts.bias_sum_overflows += u64::from(block.bias_sum_overflows);
-        counts.voltage_clips += u64::from(block.voltage_clips);
-    }
-
-    fn count_messages(&mut self, sends: &[SendCost], mut bits: u64) {
-        while bits != 0 {
-            let cost = sends[bits.trailing_zeros() as usize];
-            self.counts.messages += u64::from(cost.messages);
-            self.counts.messages_within_tile += u64::from(cost.within_tile);
-            self.counts.hops_east_west += u64::from(cost.east_west);
-            self.counts.hops_north_south += u64::from(cost.north_south);
-            bits &= bits - 1;
-        }
-    }
-
-    fn state(&self, compartment: usize) -> CompartmentState {
-        CompartmentState {
-            current: self.current[compartment],
-            voltage: self.voltage[compartment],
-            refractory_left: self.refractory[compartment],
-        }
-    }
-
-    fn clear(&mut self) {
-        self.current.fill(0);
-        self.voltage.fill(0);
-        self.refractory.fill(0);
-        self.awake = true;
     }
 }
 
@@ -407,7 +293,7 @@ impl Engine for EventEngine {
         let workers = self.shares.len();
         let run = Run {
             plan: &self.plan,
-            tables: &self.map.chip().cost_tables,
+            times: self.map.chip().cost_tables.iter().map(CostTable::core_times).collect(),
             widths: self.widths,
             fast: lanes::fits(&self.widths),
             spikes: &self.spikes,
@@ -416,19 +302,21 @@ impl Engine for EventEngine {
             barrier: StepBarrier::new(workers),
             start: self.now,
         };
+        let arch = Arch::new();
         let mut shares = Vec::with_capacity(workers);
-        if workers == 1 {
-            shares.push(run.work(0, &mut self.cores, record));
+        if let [fan] = &mut self.fans[..] {
+            let cores = &mut self.cores[..];
+            shares.push(arch.dispatch(Work { run: &run, first: 0, cores, fan, record }));
         } else {
             let record: &SpikeRecord = record;
             crossbeam::thread::scope(|scope| {
-                let (mut rest, mut next) = (&mut self.cores[..], 0);
+                let (mut rest, mut first) = (&mut self.cores[..], 0);
                 let mut handles = Vec::with_capacity(workers);
-                for len in &self.shares {
+                for (len, fan) in self.shares.iter().zip(&mut self.fans) {
                     let (cores, others) = rest.split_at_mut(*len);
-                    let (run, first) = (&run, next);
-                    handles.push(scope.spawn(move |_| run.work(first, cores, record)));
-                    (rest, next) = (others, next + len);
+                    let work = Work { run: &run, first, cores, fan, record };
+                    handles.push(scope.spawn(move |_| arch.dispatch(work)));
+                    (rest, first) = (others, first + len);
                 }
                 shares.extend(handles.into_iter().map(|h| h.join().expect("no worker panics")));
             })
@@ -454,8 +342,8 @@ impl Engine for EventEngine {
     }
 
     fn reset(&mut self) {
-        for core in &mut self.cores {
-            self.chip_counts.host_resets += core.current.len() as u64;
+        for (core, plan) in self.cores.iter_mut().zip(&self.plan.cores) {
+            self.chip_counts.host_resets += plan.compartments as u64;
             core.clear();
             core.deaf = false;
         }
@@ -464,8 +352,8 @@ impl Engine for EventEngine {
 
     fn reset_cores(&mut self, cores: &[CoreId], spikes: bool) {
         for core in cores {
+            self.chip_counts.host_resets += self.plan.cores[core.index()].compartments as u64;
             let core = &mut self.cores[core.index()];
-            self.chip_counts.host_resets += core.current.len() as u64;
             core.clear();
             core.deaf |= spikes;
         }
@@ -483,14 +371,6 @@ impl Engine for EventEngine {
 
     fn count_host_reads(&mut self, n: u64) {
         self.chip_counts.host_reads += n;
-    }
-}
-
-impl Link {
-    /// Input axons that a spike of `unit` goes to.
-    #[inline]
-    fn axons_of(&self, unit: usize) -> &[u16] {
-        &self.axons[self.starts[unit] as usize..self.starts[unit + 1] as usize]
     }
 }
 

@@ -1,8 +1,9 @@
 //! Many compartments of equal parameters at once: the arithmetic of [`crate::compartment`]
 //! without branches, in 32 bit, so that a compiler can use vector instructions.
 //!
-//! Equal to [`update`] bit for bit wherever [`fits`] says that 32 bit are enough; the engine falls
-//! back to [`update`] elsewhere. The differential tests hold both against the dense engine.
+//! Equal to [`update`] bit for bit wherever [`fits`] says that 32 bit are enough and no register
+//! overflows; blocks where one does are done again by [`update`]. The differential tests hold both
+//! against the dense engine.
 
 use crate::compartment::{CompartmentParams, CompartmentState, Widths, update};
 use crate::fixed::{Overflow, decay_toward_zero};
@@ -12,7 +13,7 @@ pub(super) const BLOCK: usize = 64;
 /// Largest register width for which no sum of two registers leaves 32 bit.
 const BITS_MAX: u32 = 29;
 
-/// What happened in a block.
+/// What happened in a core's blocks.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BlockCounts {
     pub(super) inactive: u32,
@@ -20,20 +21,28 @@ pub(super) struct BlockCounts {
     pub(super) current_overflows: u32,
     pub(super) bias_sum_overflows: u32,
     pub(super) voltage_clips: u32,
-    /// Whether any compartment has state left.
-    pub(super) awake: bool,
 }
 
 /// State of some compartments, each slice of one length of at most [`BLOCK`].
 #[derive(Debug)]
-pub(super) struct Lanes<'a> {
+pub(super) struct Lanes<'a, S> {
     /// Bias of each compartment; that of the parameters is not looked at.
     pub(super) bias: &'a [i32],
-    /// Summed weights in units of 64; left at zero.
-    pub(super) accumulators: &'a mut [i32],
+    /// Summed weights in units of `64 << unit_shift`; left at zero.
+    pub(super) sums: &'a mut [S],
+    pub(super) unit_shift: u32,
     pub(super) current: &'a mut [i32],
     pub(super) voltage: &'a mut [i32],
     pub(super) refractory: &'a mut [u8],
+}
+
+/// What a block has done.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BlockDone {
+    /// Bit `i` says whether compartment `i` spiked.
+    pub(super) spikes: u64,
+    /// Whether any compartment has state or a bias left.
+    pub(super) awake: bool,
 }
 
 /// Whether the fast path computes the same as [`update`] for these widths.
@@ -44,97 +53,124 @@ pub(super) fn fits(widths: &Widths) -> bool {
         && widths.voltage_bits <= BITS_MAX
 }
 
-/// One step of a block; bit `i` of the result says whether compartment `i` spiked.
-pub(super) fn update_block(
+/// One step of a whole block, of which `len` compartments exist and the rest have no state, input
+/// or bias. No compartment may have a refractory count. `None`, and nothing done, when a register
+/// would overflow.
+#[inline(always)]
+pub(super) fn update_whole<S: Copy + Default>(
     params: &CompartmentParams,
     widths: &Widths,
-    fast: bool,
-    lanes: Lanes<'_>,
+    lanes: &mut Lanes<'_, S>,
+    len: usize,
     counts: &mut BlockCounts,
-) -> u64 {
-    // A bias has at most 15 + 8 bits, whatever the chip.
-    if fast && params.refractory_steps == 1 {
-        update_fast(params, widths, lanes, counts)
-    } else {
-        update_each(params, widths, lanes, counts)
-    }
-}
-
-/// No refractory count is ever left, so there is none to look at.
-fn update_fast(
-    params: &CompartmentParams,
-    widths: &Widths,
-    lanes: Lanes<'_>,
-    counts: &mut BlockCounts,
-) -> u64 {
-    let n = lanes.accumulators.len();
-    let (current, voltage) = (&mut lanes.current[..n], &mut lanes.voltage[..n]);
-    let bias = &lanes.bias[..n];
+) -> Option<BlockDone>
+where
+    i32: From<S>,
+{
+    let bias = lanes.bias.first_chunk::<BLOCK>()?;
+    let sums = lanes.sums.first_chunk_mut::<BLOCK>()?;
+    let current = lanes.current.first_chunk_mut::<BLOCK>()?;
+    let voltage = lanes.voltage.first_chunk_mut::<BLOCK>()?;
+    // Sums are looked at in units of 64: six bits less.
+    let mut sum_range = Range::new(widths.accumulator_bits - 6, Overflow::Wrap);
+    let mut current_range = Range::new(widths.current_bits, widths.current_overflow);
+    let mut drive_range = Range::new(widths.current_bits, widths.current_plus_bias_overflow);
+    let mut voltage_range = Range::new(widths.voltage_bits, Overflow::Clip);
+    let mut new_current = [0i32; BLOCK];
+    let mut new_voltage = [0i32; BLOCK];
     let mut spiked = [0u8; BLOCK];
-    let spiked = &mut spiked[..n];
-    // Units of 64 have six bits less; wrapping drops the same upper bits.
-    let unused = 31 + 6 - widths.accumulator_bits;
-    let limit = (1i32 << widths.voltage_bits) - 1;
-    let mut alive = 0i32;
-    let (mut idle, mut q_over, mut u_over, mut bias_over, mut clips) =
-        (0u32, 0u32, 0u32, 0u32, 0u32);
-    for i in 0..n {
-        let sum = std::mem::take(&mut lanes.accumulators[i]);
-        idle += u32::from((sum | current[i] | voltage[i] | bias[i]) == 0);
-        let wrapped = (sum << unused) >> unused;
-        q_over += u32::from(wrapped != sum);
-        let u = decay_toward_zero(current[i], params.current_keep) + wrapped * 64;
-        let stored = narrow(u, widths.current_bits, widths.current_overflow);
-        u_over += u32::from(stored != u);
-        let drive = stored + bias[i];
-        let driven = narrow(drive, widths.current_bits, widths.current_plus_bias_overflow);
-        bias_over += u32::from(driven != drive);
-        let v = decay_toward_zero(voltage[i], params.voltage_keep) + driven;
-        let clipped = v.clamp(-limit, limit);
-        clips += u32::from(clipped != v);
-        let spike = clipped > params.threshold;
+    let (mut idle, mut alive) = (0i32, 0i32);
+    for i in 0..BLOCK {
+        let sum = i32::from(sums[i]) << lanes.unit_shift;
+        sum_range.meet(sum);
+        idle += ((sum | current[i] | voltage[i] | bias[i]) == 0) as i32;
+        let u = decay_toward_zero(current[i], params.current_keep).wrapping_add(sum << 6);
+        current_range.meet(u);
+        let drive = u.wrapping_add(bias[i]);
+        drive_range.meet(drive);
+        let v = decay_toward_zero(voltage[i], params.voltage_keep).wrapping_add(drive);
+        voltage_range.meet(v);
+        let spike = v > params.threshold;
         spiked[i] = u8::from(spike);
-        current[i] = stored;
-        voltage[i] = if spike { 0 } else { clipped };
-        alive |= current[i] | voltage[i] | bias[i];
+        new_current[i] = u;
+        new_voltage[i] = if spike { 0 } else { v };
+        alive |= new_current[i] | new_voltage[i] | bias[i];
     }
-    counts.inactive += idle;
-    counts.accumulator_overflows += q_over;
-    counts.current_overflows += u_over;
-    counts.bias_sum_overflows += bias_over;
-    counts.voltage_clips += clips;
-    counts.awake |= alive != 0;
-    spiked.iter().enumerate().fold(0, |bits, (i, spike)| bits | u64::from(*spike) << i)
+    if [sum_range, current_range, drive_range, voltage_range].iter().any(Range::was_left) {
+        return None;
+    }
+    *sums = [S::default(); BLOCK];
+    *current = new_current;
+    *voltage = new_voltage;
+    counts.inactive += idle as u32 - (BLOCK - len) as u32;
+    Some(BlockDone { spikes: packed(&spiked), awake: alive != 0 })
 }
 
-/// [`crate::fixed::narrow`] for sums that fit 32 bit.
-#[inline]
-fn narrow(x: i32, bits: u32, overflow: Overflow) -> i32 {
-    let shift = 31 - bits;
-    let limit = (1i32 << bits) - 1;
-    match overflow {
-        Overflow::Wrap => (x << shift) >> shift,
-        Overflow::Clip => x.clamp(-limit, limit),
+/// Whether values stay within a register, found out with two additions each.
+#[derive(Debug, Clone, Copy)]
+struct Range {
+    /// What moves the lowest value to 0, and what moves the highest to the end of the register.
+    offsets: [i32; 2],
+    /// Bits above the register.
+    above: i32,
+    met: i32,
+}
+
+impl Range {
+    #[inline(always)]
+    fn new(bits: u32, overflow: Overflow) -> Self {
+        let end = 1i32 << bits;
+        let offsets = match overflow {
+            Overflow::Wrap => [end, end],
+            Overflow::Clip => [end - 1, end],
+        };
+        Self { offsets, above: -(2 << bits), met: 0 }
     }
+
+    #[inline(always)]
+    fn meet(&mut self, x: i32) {
+        self.met |= x.wrapping_add(self.offsets[0]) | x.wrapping_add(self.offsets[1]);
+    }
+
+    #[inline(always)]
+    fn was_left(&self) -> bool {
+        self.met & self.above != 0
+    }
+}
+
+/// One bit for each of the flags, which are 0 or 1.
+#[inline(always)]
+fn packed(flags: &[u8; BLOCK]) -> u64 {
+    // The product brings flag `i` of eight to bit 56 + i; no two terms meet.
+    const GATHER: u64 = 0x0102_0408_1020_4080;
+    let bytes = flags.as_chunks::<8>().0.iter().enumerate();
+    bytes.fold(0, |bits, (index, flags)| {
+        bits | (u64::from_le_bytes(*flags).wrapping_mul(GATHER) >> 56) << (8 * index)
+    })
 }
 
 /// One compartment after the other by the plain rule.
-fn update_each(
+#[inline(never)]
+pub(super) fn update_each<S: Copy + Default>(
     params: &CompartmentParams,
     widths: &Widths,
-    lanes: Lanes<'_>,
+    lanes: &mut Lanes<'_, S>,
+    len: usize,
     counts: &mut BlockCounts,
-) -> u64 {
-    let mut bits = 0;
-    for i in 0..lanes.accumulators.len() {
-        let input = 64 * i64::from(std::mem::take(&mut lanes.accumulators[i]));
+) -> BlockDone
+where
+    i32: From<S>,
+{
+    let mut block = BlockDone { spikes: 0, awake: false };
+    for i in 0..len {
+        let sum = i64::from(i32::from(std::mem::take(&mut lanes.sums[i])));
         let before = CompartmentState {
             current: lanes.current[i],
             voltage: lanes.voltage[i],
             refractory_left: lanes.refractory[i],
         };
         let params = CompartmentParams { bias: lanes.bias[i], ..*params };
-        let done = update(&params, widths, before, input);
+        let done = update(&params, widths, before, (sum << lanes.unit_shift) << 6);
         lanes.current[i] = done.state.current;
         lanes.voltage[i] = done.state.voltage;
         lanes.refractory[i] = done.state.refractory_left;
@@ -143,8 +179,8 @@ fn update_each(
         counts.current_overflows += u32::from(done.current_overflowed);
         counts.bias_sum_overflows += u32::from(done.bias_sum_overflowed);
         counts.voltage_clips += u32::from(done.voltage_clipped);
-        counts.awake |= done.state != CompartmentState::default() || params.bias != 0;
-        bits |= u64::from(done.spike) << i;
+        block.awake |= done.state != CompartmentState::default() || params.bias != 0;
+        block.spikes |= u64::from(done.spike) << i;
     }
-    bits
+    block
 }

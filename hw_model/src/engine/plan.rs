@@ -1,50 +1,67 @@
 //! A core map laid out for execution: contiguous weights, and for each core where its spikes
 //! come from.
 
-use super::dense::shared_lists;
 use super::lanes::BLOCK;
 use crate::compartment::CompartmentParams;
 use crate::core_map::{CompartmentGroup, Core, CoreMap};
-use crate::synapse::SynapseForm;
 
-/// A list is run as dense rows when at least this share (1 / n) of their length is used.
-const DENSE_SPAN_PER_SYNAPSE: usize = 4;
-/// What it takes to begin a run, in weights.
-const RUN_COST: usize = 16;
+mod fan;
+mod links;
+mod rows;
+
+pub(super) use fan::{Fan, Fans, Pushed};
+use links::all_links;
+pub(super) use links::{Delivery, Link};
+pub(super) use rows::{CHUNK, Fit, Pool, Rest, Row, Run, Uniform};
+use rows::{LaidOut, Layout, PoolWriter, Shapes};
 
 /// Immutable part of an event engine.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub(super) cores: Vec<CorePlan>,
+    /// All weights of all rows.
+    pub(super) weights: Pool,
     /// Compartments of each core, then lines of each port.
     pub(super) source_sizes: Vec<usize>,
     /// Messages per line of each port.
     pub(super) port_messages: Vec<Vec<u32>>,
+    /// Synapses that are pushed by their source, of all cores.
+    pub(super) fans: Fans,
 }
 
 /// What a compartment's update takes beside one synapse of an input axon, most of which have no
 /// spike in most steps. Only the balance of threads depends on it.
 const UPDATE_WORK: u64 = 50;
 
+/// Work of a step, in synapses as for [`UPDATE_WORK`], from which on a thread pays off: some ten
+/// microseconds, where two threads meet at the barrier in about one.
+const THREAD_WORK: u64 = 2_000_000;
+
 /// What one core needs to run.
 #[derive(Debug)]
 pub(super) struct CorePlan {
+    pub(super) compartments: usize,
     /// Compartments that are updated together, in order.
     pub(super) blocks: Vec<Block>,
-    /// Bias of every compartment.
+    /// Bias of every compartment, and zeros up to a whole block.
     pub(super) biases: Vec<i32>,
     pub(super) rows: Vec<Row>,
-    /// All weights of all rows, in units of 64.
-    pub(super) weights: Vec<i16>,
-    /// First accumulator and length of the runs of rows in several runs.
-    pub(super) runs: Vec<(u16, u16)>,
+    pub(super) runs: Vec<Run>,
     /// All targets of the sparse rows.
     pub(super) targets: Vec<u16>,
-    /// (row, base) of every input axon.
-    pub(super) axons: Vec<(u32, u16)>,
+    pub(super) fit: Fit,
+    /// Weights and sums count in units of `64 << unit_shift`.
+    pub(super) unit_shift: u32,
+    /// The shape of all rows, where they have one.
+    pub(super) uniform: Option<Uniform>,
+    /// Number of sums: compartments and what padding needs.
+    pub(super) sums: usize,
     pub(super) links: Vec<Link>,
-    /// What a spike of each compartment costs to send.
-    pub(super) sends: Vec<SendCost>,
+    /// What a spike of each compartment costs to send: number of one of `send_costs`.
+    pub(super) sends: Vec<u16>,
+    pub(super) send_costs: Vec<SendCost>,
+    /// Synapses of all input axons.
+    work: u64,
 }
 
 /// Compartments of equal parameters, but for their biases, within one word of spikes.
@@ -53,43 +70,12 @@ pub(super) struct Block {
     pub(super) params: CompartmentParams,
     pub(super) start: usize,
     pub(super) len: usize,
-}
-
-/// One synapse list, ready to be added to the accumulators.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
-    pub(super) shape: RowShape,
-    /// First weight in [`CorePlan::weights`].
-    pub(super) weights_at: u32,
-    /// Number of weights there.
-    pub(super) len: u32,
-    /// Stored synapses by form, what the chip would add: dense, sparse, shared.
-    pub(super) ops: [u32; 3],
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum RowShape {
-    /// Consecutive accumulators from `first` on.
-    Dense { first: u16 },
-    /// Consecutive accumulators of each of [`CorePlan::runs`], from `runs_at` on.
-    Runs { runs_at: u32, n_runs: u32 },
-    /// Accumulators listed in [`CorePlan::targets`] from `targets_at` on.
-    Sparse { targets_at: u32 },
-}
-
-/// Spikes of one source (a core or a port) that reach a core.
-#[derive(Debug)]
-pub(super) struct Link {
-    pub(super) source: usize,
-    /// The core.
-    pub(super) target: usize,
-    /// Axons of source unit `i` are `axons[starts[i]..starts[i + 1]]`.
-    pub(super) starts: Vec<u32>,
-    pub(super) axons: Vec<u16>,
+    /// Whether nothing else lies in its word of spikes.
+    pub(super) alone: bool,
 }
 
 /// Messages and hops of one spike.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct SendCost {
     pub(super) messages: u32,
     pub(super) within_tile: u32,
@@ -97,40 +83,75 @@ pub(super) struct SendCost {
     pub(super) north_south: u32,
 }
 
-impl Plan {
-    pub(super) fn new(map: &CoreMap) -> Self {
-        let core_sizes = map.cores().iter().map(Core::compartments);
-        let port_sizes = map.ports().iter().map(|port| port.lines as usize);
-        let source_sizes: Vec<usize> = core_sizes.chain(port_sizes).collect();
-        let mut links = all_links(map, &source_sizes);
-        let cores = map.cores().iter().enumerate();
-        Self {
-            cores: cores
-                .map(|(id, core)| CorePlan::new(map, id, core, std::mem::take(&mut links[id])))
-                .collect(),
-            port_messages: map
-                .ports()
-                .iter()
-                .map(|port| {
-                    let mut messages = vec![0; port.lines as usize];
-                    port.targets.iter().for_each(|target| messages[target.line as usize] += 1);
-                    messages
-                })
-                .collect(),
-            source_sizes,
+impl SendCost {
+    /// Adds what the spikes of `bits` cost: compartment `i` has cost number `sends[i]`.
+    #[inline(always)]
+    pub(super) fn add(&mut self, costs: &[SendCost], sends: &[u16], mut bits: u64) {
+        while bits != 0 {
+            let cost = costs[usize::from(sends[bits.trailing_zeros() as usize])];
+            self.messages += cost.messages;
+            self.within_tile += cost.within_tile;
+            self.east_west += cost.east_west;
+            self.north_south += cost.north_south;
+            bits &= bits - 1;
         }
     }
 }
 
 impl Plan {
+    pub(super) fn new(map: &CoreMap) -> Self {
+        let core_sizes = map.cores().iter().map(Core::compartments);
+        let port_sizes = map.ports().iter().map(|port| port.lines as usize);
+        let source_sizes: Vec<usize> = core_sizes.chain(port_sizes).collect();
+        let mut shapes = Shapes::default();
+        let layouts: Vec<Layout> = map.cores().iter().map(|core| shapes.add(core)).collect();
+        let (links, fan_edges) = all_links(map, &source_sizes, &layouts);
+        let fans = Fans::new(map, &layouts, &source_sizes, fan_edges);
+        let mut writer = PoolWriter::new(&shapes);
+        let cores = layouts.iter().zip(links).enumerate();
+        let cores = cores.map(|(id, (layout, mut links))| {
+            let compartments = source_sizes[id];
+            let laid_out = writer.lay_out(layout, &mut links, compartments);
+            CorePlan::new(map, id, laid_out, links)
+        });
+        let cores = cores.collect();
+        let weights = writer.into_pool();
+        Self { cores, weights, port_messages: port_messages(map), source_sizes, fans }
+    }
+
+    /// Size in memory, everything that the threads and all engines of one map share.
+    pub(super) fn bytes(&self) -> usize {
+        self.cores.iter().map(CorePlan::bytes).sum::<usize>()
+            + self.weights.bytes()
+            + self.fans.bytes()
+    }
+}
+
+/// Messages per line of each port.
+fn port_messages(map: &CoreMap) -> Vec<Vec<u32>> {
+    let messages = map.ports().iter().map(|port| {
+        let mut messages = vec![0; port.lines as usize];
+        port.targets.iter().for_each(|target| messages[target.line as usize] += 1);
+        messages
+    });
+    messages.collect()
+}
+
+impl Plan {
+    /// As many threads as have enough to do, at least one and at most `threads`.
+    pub(super) fn threads_that_pay(&self, threads: usize) -> usize {
+        let work: u64 = self.cores.iter().map(|core| core.work).sum();
+        threads.min((work / THREAD_WORK) as usize).max(1)
+    }
+
     /// Numbers of consecutive cores for at most `threads` threads, with about equal work.
     pub(super) fn shares(&self, threads: usize) -> Vec<usize> {
         let n = self.cores.len();
         let threads = threads.clamp(1, n.max(1));
         let mut sums = Vec::with_capacity(n);
         let total = self.cores.iter().fold(0, |sum, core| {
-            sums.push(sum + core.work());
-            sum + core.work()
+            sums.push(sum + core.work);
+            sum + core.work
         });
         let mut first = 0;
         let share = |thread: usize| {
@@ -148,93 +169,50 @@ impl Plan {
 }
 
 impl CorePlan {
-    /// Work of a step, roughly.
-    fn work(&self) -> u64 {
-        let synapses = |(row, _): &(u32, u16)| u64::from(self.rows[*row as usize].len);
-        UPDATE_WORK * self.sends.len() as u64 + self.axons.iter().map(synapses).sum::<u64>()
-    }
-
-    fn new(map: &CoreMap, id: usize, core: &Core, links: Vec<Link>) -> Self {
-        let mut plan = Self {
+    fn new(map: &CoreMap, id: usize, laid_out: LaidOut, links: Vec<Link>) -> Self {
+        let core = &map.cores()[id];
+        let compartments = core.compartments();
+        let synapses = core.axons_in.iter().map(|axon| {
+            let entries = &core.lists[axon.list as usize].entries;
+            entries.iter().map(|entry| entry.len() as u64).sum::<u64>()
+        });
+        let work = UPDATE_WORK * compartments as u64 + synapses.sum::<u64>();
+        let mut biases: Vec<i32> =
+            core.params(&map.chip().arithmetic).iter().map(|p| p.bias).collect();
+        biases.resize(laid_out.sums, 0);
+        let of_each = send_costs(map, id, core);
+        let mut send_costs = of_each.clone();
+        send_costs.sort_unstable();
+        send_costs.dedup();
+        let number = |cost: &SendCost| send_costs.partition_point(|there| there < cost) as u16;
+        Self {
+            compartments,
             blocks: blocks(map, core),
-            biases: core.params(&map.chip().arithmetic).iter().map(|p| p.bias).collect(),
-            rows: Vec::with_capacity(core.lists.len()),
-            weights: Vec::new(),
-            runs: Vec::new(),
-            targets: Vec::new(),
-            axons: core.axons_in.iter().map(|axon| (axon.list, axon.base)).collect(),
+            biases,
+            rows: laid_out.rows,
+            runs: laid_out.runs,
+            targets: laid_out.targets,
+            fit: laid_out.fit,
+            unit_shift: laid_out.unit_shift,
+            uniform: laid_out.uniform,
+            sums: laid_out.sums,
             links,
-            sends: send_costs(map, id, core),
-        };
-        let shared = shared_lists(core);
-        for (list, shared) in shared.into_iter().enumerate() {
-            plan.add_row(core, list, shared);
+            sends: of_each.iter().map(number).collect(),
+            send_costs,
+            work,
         }
-        plan
     }
 
-    /// Lays list number `list` out: entries are summed per target, which integers allow.
-    fn add_row(&mut self, core: &Core, list: usize, shared: bool) {
-        let entries = &core.lists[list].entries;
-        let mut ops = [0u32; 3];
-        let mut synapses: Vec<(usize, i32)> = Vec::new();
-        for entry in entries {
-            let form = match entry.form {
-                _ if shared => 2,
-                SynapseForm::Dense { .. } => 0,
-                SynapseForm::Sparse { .. } => 1,
-            };
-            ops[form] += entry.len() as u32;
-            let format = core.formats[usize::from(entry.format)];
-            synapses.extend(
-                entry.synapses().map(|(target, mantissa)| {
-                    (target, i32::from(format.effective_steps(mantissa)))
-                }),
-            );
-        }
-        synapses.sort_by_key(|(target, _)| *target);
-        let weights_at = self.weights.len() as u32;
-        let shape = self.add_weights(&synapses);
-        self.rows.push(Row { shape, weights_at, len: self.weights.len() as u32 - weights_at, ops });
+    fn bytes(&self) -> usize {
+        size_of_val(&self.blocks[..])
+            + size_of_val(&self.biases[..])
+            + size_of_val(&self.rows[..])
+            + size_of_val(&self.runs[..])
+            + size_of_val(&self.targets[..])
+            + self.links.iter().map(Link::bytes).sum::<usize>()
+            + size_of_val(&self.sends[..])
+            + size_of_val(&self.send_costs[..])
     }
-
-    fn add_weights(&mut self, synapses: &[(usize, i32)]) -> RowShape {
-        let first = synapses.first().map_or(0, |(target, _)| *target);
-        let span = synapses.last().map_or(0, |(target, _)| *target + 1) - first;
-        let mut dense = vec![0i32; span];
-        synapses.iter().for_each(|(target, weight)| dense[target - first] += weight);
-        let fits = dense.iter().all(|sum| i16::try_from(*sum).is_ok());
-        let runs = runs(synapses);
-        let length: usize = runs.iter().map(|(_, len)| len).sum();
-        let n_runs = runs.len();
-        let worth_it = |length: usize| fits && length <= DENSE_SPAN_PER_SYNAPSE * synapses.len();
-        if n_runs > 1 && length + RUN_COST * n_runs <= span && worth_it(length + RUN_COST * n_runs)
-        {
-            let runs_at = self.runs.len() as u32;
-            for (start, len) in runs {
-                let sums = &dense[start - first..][..len];
-                self.weights.extend(sums.iter().map(|sum| *sum as i16));
-                self.runs.push((start as u16, len as u16));
-            }
-            return RowShape::Runs { runs_at, n_runs: n_runs as u32 };
-        }
-        if worth_it(span) {
-            self.weights.extend(dense.iter().map(|sum| *sum as i16));
-            return RowShape::Dense { first: first as u16 };
-        }
-        let targets_at = self.targets.len() as u32;
-        self.targets.extend(synapses.iter().map(|(target, _)| *target as u16));
-        self.weights.extend(synapses.iter().map(|(_, weight)| *weight as i16));
-        RowShape::Sparse { targets_at }
-    }
-}
-
-/// First target and length of the stretches between gaps that are worth a new run. `synapses` are
-/// sorted by target.
-fn runs(synapses: &[(usize, i32)]) -> Vec<(usize, usize)> {
-    let near = |a: &(usize, i32), b: &(usize, i32)| b.0 <= a.0 + RUN_COST;
-    let run = |run: &[(usize, i32)]| (run[0].0, run[run.len() - 1].0 + 1 - run[0].0);
-    synapses.chunk_by(near).map(run).collect()
 }
 
 /// Groups of equal parameters but for the bias, cut where a word of spikes ends.
@@ -252,8 +230,14 @@ fn blocks(map: &CoreMap, core: &Core) -> Vec<Block> {
         let end = start + groups.iter().map(|group| usize::from(group.len)).sum::<usize>();
         while start < end {
             let len = (BLOCK - start % BLOCK).min(end - start);
-            blocks.push(Block { params, start, len });
+            blocks.push(Block { params, start, len, alone: true });
             start += len;
+        }
+    }
+    for index in 1..blocks.len() {
+        if blocks[index - 1].start / BLOCK == blocks[index].start / BLOCK {
+            blocks[index - 1].alone = false;
+            blocks[index].alone = false;
         }
     }
     blocks
@@ -272,38 +256,6 @@ fn send_costs(map: &CoreMap, id: usize, core: &Core) -> Vec<SendCost> {
         cost.north_south += u32::from(y.abs_diff(to_y));
     }
     costs
-}
-
-/// For each core, the links from every source that reaches it, in source order.
-fn all_links(map: &CoreMap, source_sizes: &[usize]) -> Vec<Vec<Link>> {
-    let mut links: Vec<Vec<Link>> = map.cores().iter().map(|_| Vec::new()).collect();
-    let n_cores = map.cores().len();
-    for (source, core) in map.cores().iter().enumerate() {
-        let edges =
-            core.axons_out.iter().map(|a| (a.core.index(), a.compartment.index(), a.axon.0));
-        add_links(&mut links, source, source_sizes[source], edges.collect());
-    }
-    for (port_idx, port) in map.ports().iter().enumerate() {
-        let edges = port.targets.iter().map(|t| (t.core.index(), t.line as usize, t.axon.0));
-        let source = n_cores + port_idx;
-        add_links(&mut links, source, source_sizes[source], edges.collect());
-    }
-    links
-}
-
-fn add_links(
-    links: &mut [Vec<Link>],
-    source: usize,
-    size: usize,
-    mut edges: Vec<(usize, usize, u16)>,
-) {
-    edges.sort_unstable();
-    for edges in edges.chunk_by(|a, b| a.0 == b.0) {
-        let starts = (0..=size).map(|unit| edges.partition_point(|e| e.1 < unit) as u32).collect();
-        let axons = edges.iter().map(|edge| edge.2).collect();
-        let target = edges[0].0;
-        links[target].push(Link { source, target, starts, axons });
-    }
 }
 
 #[cfg(test)]

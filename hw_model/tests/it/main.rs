@@ -3,6 +3,7 @@
 mod container;
 mod differential;
 mod faults;
+mod layouts;
 mod limits;
 mod map_text;
 mod random_map;

@@ -101,7 +101,9 @@ fn group() -> impl Strategy<Value = CompartmentGroup> {
     let decay = || prop::sample::select(vec![0u16, 1, 128, 1024, 2048, 3000, 4095, 4096]);
     let bias = (prop::sample::select(vec![0i16, 0, 0, 37, -90, 4095, -4095]), 0..=7u8);
     let threshold = prop_oneof![4 => 1..300u32, 1 => 300..=131_071u32];
-    (0..=70u16, decay(), decay(), threshold, bias, 1..=6u8).prop_map(
+    let len = prop_oneof![3 => 0..=70u16, 1 => 64..=200u16];
+    let refractory = prop_oneof![1 => Just(1u8), 1 => 1..=6u8];
+    (len, decay(), decay(), threshold, bias, refractory).prop_map(
         |(len, decay_current, decay_voltage, threshold_mantissa, bias, refractory_steps)| {
             CompartmentGroup {
                 len,

@@ -4,6 +4,7 @@
 use super::lanes::BLOCK;
 use crate::compartment::CompartmentParams;
 use crate::core_map::{CompartmentGroup, Core, CoreMap};
+use crate::synapse::SynapseList;
 
 mod fan;
 mod links;
@@ -172,10 +173,9 @@ impl CorePlan {
     fn new(map: &CoreMap, id: usize, laid_out: LaidOut, links: Vec<Link>) -> Self {
         let core = &map.cores()[id];
         let compartments = core.compartments();
-        let synapses = core.axons_in.iter().map(|axon| {
-            let entries = &core.lists[axon.list as usize].entries;
-            entries.iter().map(|entry| entry.len() as u64).sum::<u64>()
-        });
+        let len = |list: &SynapseList| list.entries.iter().map(|e| e.len() as u64).sum::<u64>();
+        let lens: Vec<u64> = core.lists.iter().map(len).collect();
+        let synapses = core.axons_in.iter().map(|axon| lens[axon.list as usize]);
         let work = UPDATE_WORK * compartments as u64 + synapses.sum::<u64>();
         let mut biases: Vec<i32> =
             core.params(&map.chip().arithmetic).iter().map(|p| p.bias).collect();

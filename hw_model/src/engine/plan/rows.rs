@@ -170,8 +170,8 @@ type ListKey<'a> = (&'a [SynapseEntry], &'a [SynapseFormat], bool);
 #[derive(Debug, Default)]
 pub(super) struct Shapes<'a> {
     rows: Vec<Arc<Shape>>,
-    /// Row and offset of each list.
-    lists: BTreeMap<ListKey<'a>, (usize, u16)>,
+    /// Lists with their rows and offsets, by [`sample`].
+    lists: BTreeMap<[i16; 8], Vec<(ListKey<'a>, (usize, u16))>>,
     numbers: BTreeMap<Arc<Shape>, usize>,
 }
 
@@ -201,7 +201,8 @@ impl<'a> Shapes<'a> {
 
     /// Number of the row, and how far it is moved.
     fn row(&mut self, core: &Core, key: ListKey<'a>) -> (usize, u16) {
-        if let Some(known) = self.lists.get(&key) {
+        let alike = self.lists.entry(sample(key.0)).or_default();
+        if let Some((_, known)) = alike.iter().find(|(there, _)| *there == key) {
             return *known;
         }
         let (offset, shape) = shape(core, key.0, key.2);
@@ -210,7 +211,7 @@ impl<'a> Shapes<'a> {
             self.rows.push(shape);
             self.rows.len() - 1
         });
-        self.lists.insert(key, (number, offset));
+        alike.push((key, (number, offset)));
         (number, offset)
     }
 
@@ -268,6 +269,19 @@ impl Uniform {
             && second == self.pitch
             && shape.form().is_some_and(|form| self.forms.contains(&form))
     }
+}
+
+/// Some of the weights of a list and its length: few different lists have the same.
+fn sample(entries: &[SynapseEntry]) -> [i16; 8] {
+    let mut sample = [0; 8];
+    for (places, entry) in sample.chunks_exact_mut(4).zip(entries) {
+        let mantissas = entry.mantissas();
+        places[0] = mantissas.len() as i16;
+        for (place, mantissa) in places[1..].iter_mut().zip(mantissas) {
+            *place = *mantissa;
+        }
+    }
+    sample
 }
 
 /// Rows of one core as they are run.

@@ -50,6 +50,8 @@ pub mod stream {
     pub const DVS_POPULATION: &str = "population.dvs";
     /// Rooms that training takes place in, one counter value per room.
     pub const TRAIN_ROOMS: &str = "train.rooms";
+    /// Rooms in which actors are compared while they train, one counter value per room.
+    pub const SELECTION_ROOMS: &str = "selection.rooms";
     /// Choices of exploration, one stream per world and tick.
     pub const EXPLORATION: &str = "train.exploration";
     /// Which transitions make a batch, one counter value per update.

@@ -12,12 +12,13 @@ pub mod flight;
 pub mod hsvae;
 pub mod replay;
 pub mod rooms;
+pub mod selection;
 
 use crate::net::EventEncoder;
 use crate::net::eem_san::KERNEL;
 use crate::nn::StateWriter;
 
-pub use actor::{ActorReport, ActorTraining};
+pub use actor::{ActorReport, ActorTraining, Selected};
 pub use config::{ActorConfig, HsvaeConfig, TrainConfigError};
 pub use hsvae::{HsvaeReport, HsvaeTraining};
 

@@ -1,6 +1,8 @@
 use super::*;
 use crate::nn::StateReader;
 use crate::train::config::Teacher;
+use crate::train::rooms::RoomRules;
+use crate::train::selection::SelectionConfig;
 
 const HSVAE: &str = include_str!("train/configs/hsvae.toml");
 const THIRD: &str = include_str!("train/configs/third.toml");
@@ -11,24 +13,95 @@ fn saved(write: impl FnOnce(&mut StateWriter)) -> Vec<u8> {
     state.bytes()
 }
 
+/// The third recipe for a few seconds, with an average of the actor and a selection.
+fn averaged(average: f32) -> ActorConfig {
+    let mut config = ActorConfig::from_toml("f", THIRD).unwrap();
+    let rooms = RoomRules::default();
+    config.average = average;
+    config.selection = Some(SelectionConfig { every: 1, n_rooms: 9, flights_per_room: 9, rooms });
+    config.flight.ticks_max = 60;
+    config.quick()
+}
+
+fn whole(config: &ActorConfig) -> ActorTraining {
+    let mut whole = ActorTraining::new(config, None, 1).unwrap();
+    assert!(whole.rounds() >= 2, "the test needs rounds");
+    while whole.round() < whole.rounds() {
+        whole.run_round(|_| {});
+        whole.select();
+    }
+    whole
+}
+
 #[test]
 fn actor_goes_on_from_a_checkpoint_byte_for_byte() {
-    let config = ActorConfig::from_toml("f", THIRD).unwrap().quick();
-    let mut whole = ActorTraining::new(&config, None, 1).unwrap();
-    let rounds = whole.rounds();
-    assert!(rounds >= 2, "the test needs rounds");
-    (0..rounds).for_each(|_| {
-        whole.run_round(|_| {});
-    });
-    let mut bytes = saved(|state| ActorTraining::new(&config, None, 2).unwrap().write(state));
-    for _ in 0..rounds {
-        let mut part = ActorTraining::new(&config, None, 2).unwrap();
+    let plain = ActorConfig::from_toml("f", THIRD).unwrap().quick();
+    for config in [plain, averaged(0.01)] {
+        goes_on_byte_for_byte(&config);
+    }
+}
+
+fn goes_on_byte_for_byte(config: &ActorConfig) {
+    let whole = whole(config);
+    let mut bytes = saved(|state| ActorTraining::new(config, None, 2).unwrap().write(state));
+    for _ in 0..whole.rounds() {
+        let mut part = ActorTraining::new(config, None, 2).unwrap();
         part.read(&StateReader::new("checkpoint", &bytes).unwrap()).unwrap();
         part.run_round(|_| {});
+        part.select();
         bytes = saved(|state| part.write(state));
     }
     assert_eq!(saved(|state| whole.write(state)), bytes);
     assert!(whole.updates() > 0 && whole.ticks() > 0);
+}
+
+#[test]
+fn average_and_selection_change_what_is_saved_and_nothing_that_is_learned() {
+    let mut plain = averaged(0.0);
+    plain.selection = None;
+    let learned = |config: &ActorConfig| {
+        let training = whole(config);
+        (training.history().to_vec(), training.weights())
+    };
+    let (plain_history, last) = learned(&plain);
+    let (history, average) = learned(&averaged(0.01));
+    assert_eq!(history, plain_history);
+    assert_ne!(average, last);
+    // All of every update: the average is the last actor.
+    assert_eq!(learned(&averaged(1.0)), (plain_history, last));
+}
+
+#[test]
+fn average_begins_with_the_actor_that_training_begins_with() {
+    let mut first = averaged(0.01);
+    first.seed = 9;
+    let first = ActorTraining::new(&first, None, 1).unwrap().weights();
+    let mut training = ActorTraining::new(&averaged(0.01), None, 1).unwrap();
+    assert_ne!(training.weights(), first);
+    training.begin_with(&StateReader::new("w", &first).unwrap()).unwrap();
+    assert_eq!(training.weights(), first);
+}
+
+#[test]
+fn comparisons_come_when_due_and_only_a_better_actor_is_the_best() {
+    let mut config = averaged(0.01);
+    (config.phases[0].rounds, config.flight.ticks_per_round) = (5, 1);
+    let rules = config.selection.as_mut().unwrap();
+    rules.every = 2;
+    let mut training = ActorTraining::new(&config, None, 1).unwrap();
+    assert_eq!(training.select(), None);
+    let mut found = Vec::new();
+    for _ in 0..5 {
+        training.run_round(|_| {});
+        found.push(training.select());
+        assert_eq!(training.select(), None, "compared twice after one round");
+    }
+    assert!(found[0].is_none() && found[2].is_none() && found[4].is_none());
+    let (first, second) = (found[1].unwrap(), found[3].unwrap());
+    assert!(first.best);
+    // Nothing was learned in between, and the flights are the same.
+    assert_eq!(second, Selected { share: first.share, best: false });
+    assert_eq!(training.shares(), vec![first.share; 4]);
 }
 
 #[test]
@@ -59,11 +132,7 @@ fn exported_actor_and_encoder_are_a_network() {
     let encoder = crate::net::EemSan::encoder_from_bytes("w", &weights).unwrap();
     let config = ActorConfig::from_toml("f", THIRD).unwrap().quick();
     let training = ActorTraining::new(&config, Some(&encoder), 1).unwrap();
-    let bytes = saved(|state| {
-        training.add_weights(state);
-        add_encoder(state, &encoder);
-    });
-    let network = crate::net::EemSan::from_bytes("n", "w", &bytes).unwrap();
+    let network = crate::net::EemSan::from_bytes("n", "w", &training.weights()).unwrap();
     assert_eq!(network.encoder.as_ref(), Some(&encoder));
     assert_eq!(network.decision.len(), 4);
 }
@@ -75,7 +144,7 @@ fn teacher_with_the_sensors_of_the_actor_teaches_otherwise() {
         config.teacher = teacher;
         let mut training = ActorTraining::new(&config, None, 1).unwrap();
         training.run_round(|_| {});
-        saved(|state| training.add_weights(state))
+        training.weights()
     });
     assert_ne!(taught[0], taught[1]);
 }

@@ -114,6 +114,8 @@ pub(super) enum RecipeArg {
     Third,
     /// Follow a planner that knows what the sensors show, then critics
     Fourth,
+    /// The same again, with an average of the actor
+    Fifth,
     /// As the third, with the delays of a chip that streams; give --encoder and --from
     Streaming,
     /// The paper's: DDPG, one world, no planner

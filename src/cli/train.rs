@@ -9,7 +9,7 @@ use spikeloop::net::{EemSan, EventEncoder};
 use spikeloop::nn::{StateReader, StateWriter};
 use spikeloop::report::curves::{Curve, curves};
 use spikeloop::train::actor::Stage;
-use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, add_encoder};
+use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, Selected};
 
 use crate::cli::args::{RecipeArg, TrainArgs, TrainVerb};
 use crate::cli::drive::all_threads;
@@ -21,8 +21,12 @@ const FIRST_CONFIG: &str = include_str!("../train/configs/first.toml");
 const SECOND_CONFIG: &str = include_str!("../train/configs/second.toml");
 const THIRD_CONFIG: &str = include_str!("../train/configs/third.toml");
 const FOURTH_CONFIG: &str = include_str!("../train/configs/fourth.toml");
+const FIFTH_CONFIG: &str = include_str!("../train/configs/fifth.toml");
 const STREAMING_CONFIG: &str = include_str!("../train/configs/streaming.toml");
 const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
+
+/// Weights of the actor that did best in the flights of the selection.
+const BEST: &str = "best.safetensors";
 
 /// Control ticks of each world in a measurement of the auto-encoder.
 const MEASURE_TICKS: u64 = 60;
@@ -183,6 +187,7 @@ fn actor(
         RecipeArg::Second => (SECOND_CONFIG, "second.toml"),
         RecipeArg::Third => (THIRD_CONFIG, "third.toml"),
         RecipeArg::Fourth => (FOURTH_CONFIG, "fourth.toml"),
+        RecipeArg::Fifth => (FIFTH_CONFIG, "fifth.toml"),
         RecipeArg::Streaming => (STREAMING_CONFIG, "streaming.toml"),
         RecipeArg::Plain => (PLAIN_CONFIG, "plain.toml"),
     };
@@ -214,14 +219,15 @@ fn actor(
     while training.round() < training.rounds() && left > 0 {
         say(actor_round(&mut training, &bar))?;
         left -= 1;
+        select(&mut training, &folder)?;
         if training.round() % args.checkpoint_every == 0 || left == 0 {
             folder.checkpoint(|state| training.write(state))?;
-            save_actor(&folder, weights, &training, encoder.as_ref())?;
+            save_actor(&folder, weights, &training)?;
         }
     }
     bar.finish_and_clear();
     folder.checkpoint(|state| training.write(state))?;
-    save_actor(&folder, weights, &training, encoder.as_ref())?;
+    save_actor(&folder, weights, &training)?;
     say(format_args!("wrote {}", folder.file(weights).display()))?;
     Ok(Verdict::Good)
 }
@@ -261,26 +267,34 @@ fn actor_round(training: &mut ActorTraining, bar: &indicatif::ProgressBar) -> St
     )
 }
 
-fn save_actor(
-    folder: &Folder,
-    name: &str,
-    training: &ActorTraining,
-    encoder: Option<&EventEncoder>,
-) -> Result<(), Failure> {
-    let mut state = StateWriter::default();
-    training.add_weights(&mut state);
-    if let Some(encoder) = encoder {
-        add_encoder(&mut state, encoder);
+/// Compares the actors, when it is time, and keeps the best one. After a kill the same comparisons
+/// are made again from the last checkpoint on, and the same file is left.
+fn select(training: &mut ActorTraining, folder: &Folder) -> Result<(), Failure> {
+    let Some(Selected { share, best }) = training.select() else { return Ok(()) };
+    if best {
+        folder.write(BEST, &training.weights())?;
     }
-    folder.write(name, &state.bytes())?;
+    let kept = if best { "the best so far, kept as " } else { "not above the best, " };
+    say(format_args!(
+        "round {}: {share:.4} of the selection's flights at the goal: {kept}{BEST}",
+        training.round()
+    ))
+}
+
+fn save_actor(folder: &Folder, name: &str, training: &ActorTraining) -> Result<(), Failure> {
+    folder.write(name, &training.weights())?;
     let column =
         |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
-    let drawn = [
+    let mut drawn = vec![
         Curve { label: "share of training flights at the goal", values: column(0) },
         Curve { label: "share with contact", values: column(1) },
         Curve { label: "reward per control tick", values: column(2) },
         Curve { label: "loss of the critics", values: column(3) },
         Curve { label: "loss of the actor", values: column(4) },
     ];
+    let shares: Vec<f64> = training.shares().into_iter().map(f64::from).collect();
+    if !shares.is_empty() {
+        drawn.push(Curve { label: "share of the selection's flights at the goal", values: shares });
+    }
     folder.write("curves.svg", curves("actor", "round", &drawn).as_bytes())
 }

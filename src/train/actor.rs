@@ -2,27 +2,30 @@
 //!
 //! The plain recipe is DDPG with SAN's reward. Departures, each a setting of a phase: several
 //! worlds side by side, two critics, and a teacher, a planner, whose actions or whose
-//! costs the actor follows.
+//! costs the actor follows, an average of the actor over its updates, and a choice among the rounds'
+//! actors by flights of their own.
 
 use std::collections::VecDeque;
 
 use crate::closed_loop::TrialConfig;
 use crate::closed_loop::planner::{Knowledge, LEVELS, Terrain};
-use crate::net::EventEncoder;
+use crate::net::{EemSan, EventEncoder};
 use crate::nn::adam::AdamSettings;
 use crate::nn::population::SpikeDraws;
 use crate::nn::shards::Shards;
+use crate::nn::soft_update::soft_update;
 use crate::nn::{
-    CriticShape, Ddpg, DdpgSettings, Guide, Losses, Objective, Rectangular, StateError,
+    CriticShape, Ddpg, DdpgSettings, Guide, Losses, Objective, Parameters, Rectangular, StateError,
     StateReader, StateWriter, Transitions,
 };
 use crate::policy::Action;
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
 use crate::train::config::{ActorConfig, Phase, Teacher, TrainConfigError};
-use crate::train::flight::{Ends, Flight, INSIGHT, Step};
+use crate::train::flight::{Delays, Ends, Flight, INSIGHT, Step};
 use crate::train::replay::{Batch, Replay};
-use crate::train::{on_each, rooms};
+use crate::train::selection::Selection;
+use crate::train::{add_encoder, on_each, rooms};
 use crate::world::World;
 
 /// Parts of a batch whose gradients are summed; threads do not change the result.
@@ -38,7 +41,14 @@ pub struct ActorTraining {
     trial: TrialConfig,
     threads: usize,
     encoder: Option<FloatEncoder>,
+    /// The encoder again, as it is saved.
+    saved_encoder: Option<EventEncoder>,
     ddpg: Ddpg,
+    /// Moving average of the actor, when there is one.
+    average: Option<Parameters>,
+    selection: Option<Selection>,
+    /// What each comparison found.
+    shares: Vec<f32>,
     replay: Replay,
     round: u64,
     /// Control ticks of all worlds so far.
@@ -66,6 +76,15 @@ pub struct ActorReport {
     pub reward: f64,
 }
 
+/// What a comparison of actors found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Selected {
+    /// Share of the flights that the actor of now brings to their goals.
+    pub share: f32,
+    /// Whether that is more than any before it.
+    pub best: bool,
+}
+
 impl ActorTraining {
     /// Fresh networks: EEM-SAN's with an encoder, the laser-only control's without.
     ///
@@ -89,11 +108,19 @@ impl ActorTraining {
         let seen = if config.insight { INSIGHT } else { width };
         let critic =
             CriticShape { hidden: vec![config.critic_neurons; 3], ..CriticShape::eem_san(seen) };
+        let trial = config.flight.trial("configuration", encoder.is_some())?;
+        let late = config.delays() != Delays::default();
+        let selection = config.selection.as_ref();
+        let ddpg = Ddpg::new(&settings, &shape, &critic, config.seed);
         Ok(Self {
-            trial: config.flight.trial("configuration", encoder.is_some())?,
+            selection: selection.map(|rules| Selection::new(rules, &trial, config.seed, late)),
+            shares: Vec::new(),
+            trial,
             threads,
             encoder: encoder.map(FloatEncoder::new),
-            ddpg: Ddpg::new(&settings, &shape, &critic, config.seed),
+            saved_encoder: encoder.cloned(),
+            average: (config.average > 0.0).then(|| ddpg.actor.online.clone()),
+            ddpg,
             replay: Replay::new(width, INSIGHT, config.memory),
             round: 0,
             ticks: 0,
@@ -261,14 +288,47 @@ impl ActorTraining {
         if self.config.insight {
             transitions.judged = Some([&batch.insights, &batch.next_insights]);
         }
-        self.ddpg.update_guided(&transitions, Some(&guide), &objective, phase.critic, &streams)
+        let losses =
+            self.ddpg.update_guided(&transitions, Some(&guide), &objective, phase.critic, &streams);
+        if let Some(average) = &mut self.average {
+            let online = &self.ddpg.actor.online.values;
+            soft_update(&mut average.values, online, self.config.average);
+        }
+        losses
+    }
+
+    /// After a round that is due for it: lets the actor, as it would be saved, fly the flights of
+    /// the selection.
+    pub fn select(&mut self) -> Option<Selected> {
+        let (rules, selection) = (self.config.selection.as_ref()?, self.selection.as_ref()?);
+        if self.round / rules.every == self.shares.len() as u64 {
+            return None;
+        }
+        let bytes = self.weights();
+        let network = EemSan::from_bytes("actor", "actor in training", &bytes);
+        let network = network.expect("what is saved can be read");
+        let share = selection.share(&network, self.threads);
+        let best = self.shares.iter().all(|before| *before < share);
+        self.shares.push(share);
+        Some(Selected { share, best })
+    }
+
+    /// For every round since the first comparison: what the last one found.
+    pub fn shares(&self) -> Vec<f32> {
+        let every = self.config.selection.as_ref().map_or(1, |rules| rules.every);
+        let share = |round: u64| self.shares.get((round / every) as usize - 1).copied();
+        (every..=self.round).filter_map(share).collect()
     }
 
     /// Begins with the actor of a weights file in place of a fresh one.
     ///
     /// Errors: a tensor is missing or has another shape.
     pub fn begin_with(&mut self, weights: &StateReader) -> Result<(), StateError> {
-        self.ddpg.begin_with(weights, "actor.")
+        self.ddpg.begin_with(weights, "actor.")?;
+        if let Some(average) = &mut self.average {
+            average.clone_from(&self.ddpg.actor.online);
+        }
+        Ok(())
     }
 
     /// Adds everything that the next round depends on.
@@ -279,6 +339,13 @@ impl ActorTraining {
         state.count("ticks", self.ticks);
         let rows: Vec<f32> = self.history.iter().flatten().copied().collect();
         state.floats("history", &[self.history.len(), HISTORY], &rows);
+        if let Some(average) = &self.average {
+            state.parameters("average.", average);
+        }
+        if self.selection.is_some() {
+            state.count("selections", self.shares.len() as u64);
+            state.floats("shares", &[self.shares.len()], &self.shares);
+        }
     }
 
     /// Takes over what [`ActorTraining::write`] wrote for the same configuration.
@@ -287,17 +354,32 @@ impl ActorTraining {
     pub fn read(&mut self, state: &StateReader) -> Result<(), StateError> {
         let (round, ticks) = (state.count("round")?, state.count("ticks")?);
         let rows = state.floats("history", &[round as usize, HISTORY])?;
+        let mut average = self.average.clone();
+        if let Some(average) = &mut average {
+            state.parameters("average.", average)?;
+        }
+        let mut shares = Vec::new();
+        if self.selection.is_some() {
+            shares = state.floats("shares", &[state.count("selections")? as usize])?;
+        }
         self.ddpg.read(state)?;
         self.replay.read(state)?;
+        (self.average, self.shares) = (average, shares);
         (self.round, self.ticks) = (round, ticks);
         let row = |row: &[f32]| std::array::from_fn(|index| row[index]);
         self.history = rows.chunks_exact(HISTORY).map(row).collect();
         Ok(())
     }
 
-    /// The actor's tensors, names beginning with `actor.`, added to a weights file.
-    pub fn add_weights(&self, state: &mut StateWriter) {
-        state.parameters("actor.", &self.ddpg.actor.online);
+    /// The weights file of the actor, of its average if there is one, with its encoder, for
+    /// [`EemSan::from_bytes`].
+    pub fn weights(&self) -> Vec<u8> {
+        let mut state = StateWriter::default();
+        state.parameters("actor.", self.average.as_ref().unwrap_or(&self.ddpg.actor.online));
+        if let Some(encoder) = &self.saved_encoder {
+            add_encoder(&mut state, encoder);
+        }
+        state.bytes()
     }
 }
 

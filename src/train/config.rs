@@ -7,6 +7,7 @@ use crate::closed_loop::{ConfigError, TrialConfig};
 use crate::nn::{ActorShape, HsvaeShape};
 use crate::train::flight::Delays;
 use crate::train::rooms::RoomRules;
+use crate::train::selection::SelectionConfig;
 use crate::world::dvs::CameraConfig;
 use crate::world::robot::Actuators;
 
@@ -143,6 +144,13 @@ pub struct ActorConfig {
     /// ([`crate::net::EemSan::streamed_frames`]).
     #[serde(default)]
     pub readout_delay_frames: usize,
+    /// Part of the learning actor that a moving average of it takes over per update; the average
+    /// is what is saved to fly. 0: the actor of the last update is saved.
+    #[serde(default)]
+    pub average: f32,
+    /// Flights that choose the best actor; none by default.
+    #[serde(default)]
+    pub selection: Option<SelectionConfig>,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
 }
@@ -285,6 +293,14 @@ impl ActorConfig {
         range(file, "reward_contact", f64::from(config.reward_contact), -1e4, 0.0)?;
         range(file, "action_delay_ticks", config.action_delay_ticks as f64, 0.0, 10.0)?;
         range(file, "readout_delay_frames", config.readout_delay_frames as f64, 0.0, 50.0)?;
+        range(file, "average", f64::from(config.average), 0.0, 1.0)?;
+        if let Some(selection) = &config.selection {
+            selection.rooms.check(file)?;
+            range(file, "selection.every", selection.every as f64, 1.0, 1e6)?;
+            range(file, "selection.n_rooms", selection.n_rooms as f64, 1.0, 1000.0)?;
+            let flights = selection.flights_per_room as f64;
+            range(file, "selection.flights_per_room", flights, 1.0, 1000.0)?;
+        }
         range(file, "number of phases", config.phases.len() as f64, 1.0, 100.0)?;
         config.phases.iter().try_for_each(|phase| phase.check(file))?;
         Ok(config)
@@ -296,6 +312,9 @@ impl ActorConfig {
         self.reward_steps = self.reward_steps.min(3);
         self.flight = FlightConfig { worlds: 2, ticks_per_round: 14, ..self.flight };
         self.phases.iter_mut().for_each(|phase| phase.rounds = 1);
+        if let Some(selection) = &mut self.selection {
+            (selection.every, selection.n_rooms, selection.flights_per_room) = (1, 2, 1);
+        }
         self
     }
 

@@ -3,11 +3,12 @@ use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
-const ACTORS: [&str; 6] = [
+const ACTORS: [&str; 7] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
     include_str!("configs/fourth.toml"),
+    include_str!("configs/fifth.toml"),
     include_str!("configs/plain.toml"),
     STREAMING,
 ];
@@ -20,6 +21,14 @@ fn hsvae_error(from: &str, to: &str) -> String {
 fn actor_error(from: &str, to: &str) -> String {
     assert!(ACTORS[0].contains(from), "{from:?} is not in the file");
     ActorConfig::from_toml("f.toml", &ACTORS[0].replacen(from, to, 1)).unwrap_err().to_string()
+}
+
+/// One setting of the selection is `bad`, the others are fine.
+fn selection_error(bad: &str) -> String {
+    let fine = ["every = 1", "n_rooms = 1", "flights_per_room = 1"];
+    let named = |setting: &&&str| setting.split(' ').next() != bad.split(' ').next();
+    let lines: Vec<&str> = fine.iter().filter(named).copied().chain([bad]).collect();
+    actor_error("[flight]", &format!("[selection]\n{}\n[flight]", lines.join("\n")))
 }
 
 #[test]
@@ -48,6 +57,10 @@ fn bad_numbers_are_refused_with_their_limits() {
             actor_error("batch = ", "action_delay_ticks = 11\nbatch = "),
             "action_delay_ticks is 11, must be 0..=10",
         ),
+        (actor_error("batch = ", "average = 1.5\nbatch = "), "average is 1.5, must be 0..=1"),
+        (selection_error("every = 0"), "selection.every is 0, must be 1..=1000000"),
+        (selection_error("n_rooms = 0"), "selection.n_rooms is 0, must be 1..=1000"),
+        (selection_error("flights_per_room = 0"), "selection.flights_per_room is 0, must be"),
         (actor_error("planner_share = ", "planner_share = -1.0 #"), "planner_share is -1"),
         (actor_error("v_max_m_per_s = ", "v_max_m_per_s = 0.0 #"), "wheel speed (m/s) is 0"),
     ];

@@ -55,7 +55,11 @@ impl Default for RoomRules {
 
 /// Room number `number` of a run.
 pub fn room(rules: &RoomRules, streams: &Streams, number: u64) -> Arena {
-    let mut draw = streams.at(stream::TRAIN_ROOMS, number);
+    drawn_room(rules, streams.at(stream::TRAIN_ROOMS, number), format!("room-{number}"))
+}
+
+/// The room of a stream.
+pub(super) fn drawn_room(rules: &RoomRules, mut draw: Draw, name: String) -> Arena {
     let side_m = between(&mut draw, rules.side_m);
     let half = 0.5 * side_m;
     let mut obstacles = walls(half);
@@ -76,7 +80,7 @@ pub fn room(rules: &RoomRules, streams: &Streams, number: u64) -> Arena {
         movers.extend(mover);
     }
     let bounds = Bounds { min: Point2::new(-half, -half), max: Point2::new(half, half) };
-    let arena = Arena::new(format!("room-{number}"), bounds, obstacles, movers);
+    let arena = Arena::new(name, bounds, obstacles, movers);
     arena.expect("what was placed was checked")
 }
 

@@ -57,6 +57,31 @@ fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
 }
 
 #[test]
+fn best_actor_is_kept_and_is_the_same_in_two_steps() {
+    let folder = Folder::new();
+    let third = include_str!("../../src/train/configs/third.toml");
+    let selection = "[selection]\nevery = 1\nn_rooms = 1\nflights_per_room = 1\n\n[flight]";
+    let config =
+        third.replacen("[flight]", selection, 1).replace("ticks_max = 500", "ticks_max = 40");
+    folder.write("s.toml", format!("average = 0.01\n{config}").as_bytes());
+    let train = "train actor --quick --threads 1 --config s.toml";
+    let whole = folder.good(&format!("{train} --out whole"));
+    let first = "of the selection's flights at the goal: the best so far, kept as best.safetensors";
+    assert!(whole.out.contains(first), "{}", whole.out);
+    folder.good(&format!("{train} --rounds 1 --out steps"));
+    let after_one = folder.read("steps/laser_only.safetensors");
+    // No actor of so short a training gets anywhere: the first one stays the best.
+    assert_eq!(folder.read("steps/best.safetensors"), after_one);
+    folder.good(&format!("{train} --out steps"));
+    for file in ["best.safetensors", "laser_only.safetensors", "curves.svg"] {
+        let of = |run: &str| folder.read(&format!("{run}/{file}"));
+        assert_eq!(of("whole"), of("steps"), "{file}");
+    }
+    assert_eq!(folder.read("whole/best.safetensors"), after_one);
+    assert_ne!(folder.read("whole/laser_only.safetensors"), after_one);
+}
+
+#[test]
 fn bad_input_of_training_is_refused() {
     let folder = Folder::new();
     folder.write("noise.safetensors", b"not tensors");

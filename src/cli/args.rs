@@ -437,9 +437,12 @@ pub(super) struct CameraArgs {
     /// Horizontal field of view
     #[arg(long, default_value_t = 90.0, value_name = "DEG")]
     pub(super) field_of_view: f64,
-    /// Deviation of ln intensity over the surfaces
+    /// Deviation of ln intensity over the surfaces that stand still
     #[arg(long, default_value_t = 0.5, value_name = "LN")]
     pub(super) contrast: f64,
+    /// The same over movers
+    #[arg(long, default_value_t = 1.0, value_name = "LN")]
+    pub(super) mover_contrast: f64,
     /// Events of the drive to write (.npz): arrays t (us), x, y, p and duration (us)
     #[arg(long, value_name = "OUT.npz")]
     pub(super) events: Option<PathBuf>,

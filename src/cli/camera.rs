@@ -102,6 +102,7 @@ fn camera_config(args: &CameraArgs) -> CameraConfig {
     CameraConfig {
         field_of_view_deg: args.field_of_view,
         contrast: args.contrast,
+        mover_contrast: args.mover_contrast,
         ..CameraConfig::default()
     }
 }
@@ -293,6 +294,7 @@ fn as_json(
         "v_max_m_per_s": args.v_max,
         "field_of_view_deg": args.field_of_view,
         "contrast_ln": args.contrast,
+        "mover_contrast_ln": args.mover_contrast,
         "conditions": summaries,
         "encoder": encoder,
     })

@@ -53,9 +53,24 @@ fn nothing_moves_and_nothing_is_noisy_no_events() {
 #[test]
 fn without_contrast_a_mover_makes_no_events() {
     let world = field(vec![], vec![mover("cart", [3.0, 2.0], [3.0, -2.0], 2.0)]);
-    let even = CameraConfig { contrast: 0.0, ..quiet() };
+    let even = CameraConfig { contrast: 0.0, mover_contrast: 0.0, ..quiet() };
     let (_, events) = film(&world, &even, &[Pose::new(0.0, 0.0, 0.0); 201], 4);
     assert_eq!(events, []);
+}
+
+/// The robot turns before a pillar or a mover of the same size; all else is one even shade.
+#[test]
+fn a_mover_makes_many_times_the_events_of_a_pillar() {
+    let poses: Vec<Pose> = (0..=50).map(|n| Pose::new(0.0, 0.0, 0.01 * f64::from(n))).collect();
+    let events = |world: &World| {
+        let (_, events) = film(world, &quiet(), &poses, 4);
+        let bare = film(&field(vec![], vec![]), &quiet(), &poses, 4).1;
+        events.len().abs_diff(bare.len())
+    };
+    let pillar = events(&field(vec![cylinder("post", [3.0, 0.5], 0.25)], vec![]));
+    let slow = mover("cart", [3.0, 0.5], [3.0, 0.6], 0.01);
+    let mover = events(&field(vec![], vec![slow]));
+    assert!(mover > 3 * pillar && pillar > 0, "{mover} {pillar}");
 }
 
 #[test]

@@ -12,8 +12,10 @@ pub struct CameraConfig {
     pub field_of_view_deg: f64,
     /// Height of the lens above the floor.
     pub height_m: f64,
-    /// Standard deviation of ln intensity over the surfaces of the arena.
+    /// Standard deviation of ln intensity over the surfaces of the arena that stand still.
     pub contrast: f64,
+    /// The same over movers.
+    pub mover_contrast: f64,
     /// Number of the paint job: another number paints the same arena otherwise.
     pub texture: u64,
     /// Number of the sensor: another number has other thresholds and other hot pixels. What
@@ -50,6 +52,7 @@ impl Default for CameraConfig {
             field_of_view_deg: 90.0,
             height_m: 0.4,
             contrast: 0.5,
+            mover_contrast: 1.0,
             texture: 0,
             device: 0,
             pixels: PixelConfig::default(),
@@ -108,6 +111,7 @@ impl CameraConfig {
         // The tops of all things are above the lens, so that none is ever seen from above.
         in_range("height (m)", self.height_m, 0.05, HEIGHT_M_MIN)?;
         in_range("contrast (ln)", self.contrast, 0.0, 3.0)?;
+        in_range("contrast of movers (ln)", self.mover_contrast, 0.0, 3.0)?;
         self.pixels.check()
     }
 }

@@ -17,6 +17,8 @@ fn settings_outside_of_their_limits_are_named() {
         refuse(|config| config.height_m = 0.5).contains("height (m) is 0.5, must be 0.05..=0.44")
     );
     assert!(refuse(|config| config.contrast = f64::NAN).contains("contrast (ln) is NaN"));
+    let error = refuse(|config| config.mover_contrast = 3.5);
+    assert!(error.contains("contrast of movers (ln) is 3.5, must be 0..=3"), "{error}");
     assert!(refuse(|config| config.pixels.threshold = 0.0).contains("threshold (ln) is 0"));
     assert!(refuse(|config| config.pixels.threshold_sigma = -0.1).contains("sigma (ln) is -0.1"));
     assert!(refuse(|config| config.pixels.cutoff_hz = 0.0).contains("cut-off (Hz) is 0"));

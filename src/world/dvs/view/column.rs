@@ -6,9 +6,12 @@ use super::projection::Projection;
 use crate::world::dvs::texture::{Paint, floor, kept_contrast};
 use crate::world::dvs::{COLUMNS, ROWS};
 
-/// Size of a painted patch on upright surfaces.
-pub(super) const PATCH_WIDTH_M: f64 = 0.5;
-pub(super) const PATCH_HEIGHT_M: f64 = 0.25;
+/// Size of painted patches.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patch {
+    pub(super) width_m: f64,
+    pub(super) height_m: f64,
+}
 
 /// Where a column meets the side of a thing.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +25,7 @@ pub(super) struct Hit {
     /// Width of the side that one pixel covers.
     pub(super) footprint_m: f64,
     pub(super) paint: Paint,
+    pub(super) patch: Patch,
     /// Whether it is a mover.
     pub(super) moves: bool,
 }
@@ -72,13 +76,13 @@ pub(super) fn draw_column(
 
 fn draw_hit(hit: &Hit, projection: &Projection, x: usize, rows: Range<usize>, shades: &mut [u8]) {
     let pixel_m = hit.depth_m / projection.focal_px();
-    let kept =
-        kept_contrast(PATCH_WIDTH_M, hit.footprint_m).min(kept_contrast(PATCH_HEIGHT_M, pixel_m));
-    let along = hit.along_m / PATCH_WIDTH_M;
+    let Patch { width_m, height_m } = hit.patch;
+    let kept = kept_contrast(width_m, hit.footprint_m).min(kept_contrast(height_m, pixel_m));
+    let along = hit.along_m / width_m;
     let (mut patch_row, mut shade) = (i64::MIN, 0);
     for y in rows {
         let z_m = projection.height_m() + hit.depth_m * projection.rise(y);
-        let row = floor(z_m / PATCH_HEIGHT_M);
+        let row = floor(z_m / height_m);
         if row != patch_row {
             patch_row = row;
             shade = hit.paint.brick(along, row, kept);

@@ -5,7 +5,7 @@ use crate::world::dvs::texture::{Paint, floor, kept_contrast};
 use crate::world::dvs::{COLUMNS, ROWS};
 
 /// Side of a tile.
-pub(super) const TILE_M: f64 = 0.5;
+pub(super) const TILE_M: f64 = 1.0;
 
 /// Share of the contrast of walls that floors have.
 const CONTRAST: f64 = 0.6;

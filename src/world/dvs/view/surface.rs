@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::column::{Column, Hit};
+use super::column::{Column, Hit, Patch};
 use super::projection::{DEPTH_M_MIN, Projection, Standpoint};
 use crate::world::arena::Obstacle;
 use crate::world::dvs::texture::{self, Paint};
@@ -10,23 +10,39 @@ use crate::world::dvs::{COLUMNS, CameraConfig};
 use crate::world::geometry::Shape;
 use crate::world::mover::Mover;
 
+/// Patches of obstacles: coarse panels.
+const PANEL: Patch = Patch { width_m: 1.0, height_m: 0.5 };
+
+/// Patches of movers: finer, so that they stand out by the events that they make.
+const MOVER_PATCH: Patch = Patch { width_m: 0.1, height_m: 0.1 };
+
 /// Paints the things of one arena.
 #[derive(Debug)]
 pub(super) struct Painter<'a> {
     arena: &'a str,
     texture: u64,
     contrast: f64,
+    mover_contrast: f64,
 }
 
 impl<'a> Painter<'a> {
     pub(super) fn new(arena: &'a str, config: &CameraConfig) -> Self {
-        Self { arena, texture: config.texture, contrast: config.contrast }
+        Self {
+            arena,
+            texture: config.texture,
+            contrast: config.contrast,
+            mover_contrast: config.mover_contrast,
+        }
     }
 
     /// The paint of the thing with these names.
     pub(super) fn paint(&self, names: &[&str]) -> Paint {
+        Paint::new(self.key(names), self.contrast)
+    }
+
+    fn key(&self, names: &[&str]) -> u64 {
         let names: Vec<&str> = [self.arena].iter().chain(names).copied().collect();
-        Paint::new(texture::key(&names) ^ texture::hash(0, self.texture, 0), self.contrast)
+        texture::key(&names) ^ texture::hash(0, self.texture, 0)
     }
 }
 
@@ -69,7 +85,15 @@ impl Wall {
             let depth_m = a.1 + along_m * along.y;
             let footprint_m = depth_m / (projection.focal_px() * across.abs());
             let (height_m, paint) = (self.height_m, self.paint);
-            columns[x].add(Hit { depth_m, height_m, along_m, footprint_m, paint, moves: false });
+            columns[x].add(Hit {
+                depth_m,
+                height_m,
+                along_m,
+                footprint_m,
+                paint,
+                patch: PANEL,
+                moves: false,
+            });
         }
     }
 }
@@ -96,6 +120,7 @@ pub(super) struct Pillar {
     radius_m: f64,
     height_m: f64,
     paint: Paint,
+    patch: Patch,
     moves: bool,
 }
 
@@ -105,14 +130,21 @@ impl Pillar {
         let Shape::Disc(disc) = &obstacle.shape else { return None };
         let paint = painter.paint(&["obstacle", &obstacle.name]);
         let (centre, radius_m) = (disc.centre(), disc.radius_m());
-        Some(Self { centre, radius_m, height_m: obstacle.height_m, paint, moves: false })
+        Some(Self {
+            centre,
+            radius_m,
+            height_m: obstacle.height_m,
+            paint,
+            patch: PANEL,
+            moves: false,
+        })
     }
 
     /// The side of a mover, which carries its paint along.
     pub(super) fn of_mover(mover: &Mover, painter: &Painter<'_>) -> Self {
-        let paint = painter.paint(&["mover", &mover.name]);
+        let paint = Paint::new(painter.key(&["mover", &mover.name]), painter.mover_contrast);
         let (centre, radius_m) = (mover.from(), mover.radius_m());
-        Self { centre, radius_m, height_m: mover.height_m, paint, moves: true }
+        Self { centre, radius_m, height_m: mover.height_m, paint, patch: MOVER_PATCH, moves: true }
     }
 
     /// Tells every column that sees this cylinder.
@@ -136,8 +168,9 @@ impl Pillar {
             let footprint_m = depth_m / (projection.focal_px() * across.max(1e-6));
             let out = at.right * nx + at.ahead * nz;
             let along_m = self.radius_m * libm::atan2(out.y, out.x);
-            let (height_m, paint, moves) = (self.height_m, self.paint, self.moves);
-            columns[x].add(Hit { depth_m, height_m, along_m, footprint_m, paint, moves });
+            let (height_m, paint, patch, moves) =
+                (self.height_m, self.paint, self.patch, self.moves);
+            columns[x].add(Hit { depth_m, height_m, along_m, footprint_m, paint, patch, moves });
         }
     }
 

@@ -241,9 +241,7 @@ impl Work<'_> {
             return;
         }
         for (source, first_unit) in fans.sources() {
-            for unit in before.of(source) {
-                self.fan.push(fans, first_unit + unit);
-            }
+            self.fan.push(fans, first_unit, before.of(source));
         }
     }
 

@@ -488,7 +488,12 @@ fn update<S: Copy + Default>(
         if block_done.spikes != 0 {
             spikes.add(block.start / BLOCK, block_done.spikes << (block.start % BLOCK));
             spiking += block_done.spikes.count_ones();
-            messages.add(&plan.send_costs, &plan.sends[block.start..], block_done.spikes);
+        }
+    }
+    if spiking > 0 {
+        // All at once: costs that are not in the cache are fetched side by side.
+        for (bits, sends) in spikes.words().zip(plan.sends.chunks(BLOCK)) {
+            messages.add(&plan.send_costs, sends, bits);
         }
     }
     done.updates_spiking += u64::from(spiking);

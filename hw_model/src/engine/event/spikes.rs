@@ -28,6 +28,12 @@ impl SourceSpikes {
         }
     }
 
+    /// One bit for each unit.
+    #[inline(always)]
+    pub(super) fn words(&self) -> impl Iterator<Item = u64> + '_ {
+        self.words.iter().map(|word| word.load(Ordering::Relaxed))
+    }
+
     /// Units `64 * word + i` for each bit `i` spike.
     #[inline(always)]
     pub(super) fn add(&self, word: usize, bits: u64) {

@@ -11,6 +11,11 @@ use crate::core_map::CoreMap;
 /// Marks the first synapse of an axon in [`Fans::targets`].
 const FIRST: u32 = 1 << 31;
 
+/// Bytes that memory gives at once.
+const CACHE_LINE: usize = 64;
+/// Spikes whose synapses are fetched together.
+const BATCH: usize = 16;
+
 /// All pushed synapses of a map, sorted by source unit, then core, then axon.
 #[derive(Debug, Default)]
 pub(in crate::engine) struct Fans {
@@ -149,6 +154,19 @@ impl Fans {
         pushing.map(|(source, _)| (source, self.first_units[source]))
     }
 
+    /// Reads a value of each cache line of the synapses in `range`.
+    #[inline(always)]
+    fn met(&self, range: std::ops::Range<usize>) -> u32 {
+        let mut met = 0;
+        for lines in self.targets[range.clone()].chunks(CACHE_LINE / size_of::<u32>()) {
+            met ^= lines[0];
+        }
+        for lines in self.weights[range].chunks(CACHE_LINE / size_of::<i16>()) {
+            met ^= lines[0] as u32;
+        }
+        met
+    }
+
     /// Size in memory.
     pub(in crate::engine) fn bytes(&self) -> usize {
         size_of_val(&self.starts[..])
@@ -180,11 +198,41 @@ impl Fan {
         }
     }
 
-    /// A spike of unit `unit` of all sources.
+    /// Spikes of `units` of a source, the first of which is `first_unit` of all.
+    ///
+    /// The stretches of several spikes lie far apart and are longer than what a CPU looks ahead, so
+    /// one value of each of their cache lines is read first: the fetches overlap.
     #[inline(always)]
-    pub(in crate::engine) fn push(&mut self, fans: &Fans, unit: usize) {
-        let (start, end) = self.ranges[unit];
-        let range = start as usize..end as usize;
+    pub(in crate::engine) fn push(
+        &mut self,
+        fans: &Fans,
+        first_unit: usize,
+        mut units: impl Iterator<Item = usize>,
+    ) {
+        loop {
+            let mut batch = [(0, 0); BATCH];
+            let mut n = 0;
+            let mut met = 0;
+            while n < BATCH
+                && let Some(unit) = units.next()
+            {
+                let (start, end) = self.ranges[first_unit + unit];
+                batch[n] = (start as usize, end as usize);
+                n += 1;
+                met ^= fans.met(start as usize..end as usize);
+            }
+            std::hint::black_box(met);
+            for (start, end) in &batch[..n] {
+                self.push_range(fans, *start..*end);
+            }
+            if n < BATCH {
+                return;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn push_range(&mut self, fans: &Fans, range: std::ops::Range<usize>) {
         let offset = (self.first << fans.stride_bits) as u32;
         for (target, weight) in fans.targets[range.clone()].iter().zip(&fans.weights[range]) {
             let sum = ((target & !FIRST) - offset) as usize;

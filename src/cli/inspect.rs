@@ -1,9 +1,12 @@
 //! `spikeloop inspect`.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use hw_model::CoreMap;
+use hw_model::core_map::Core;
 use hw_model::id::CoreId;
+use hw_model::synapse::SynapseList;
+use hw_model::{CoreMap, EventEngine, MemoryUse};
 use serde_json::json;
 use spikeloop::files;
 use spikeloop::host::{Deployment, Schedule};
@@ -39,6 +42,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     say(format_args!("policy {} | chip {}", deployment.policy, deployment.map.chip().name))?;
     say(table(&deployment))?;
     say(layers(&deployment.map))?;
+    say(memory(&deployment))?;
     if let Some(path) = &args.picture {
         let picture = chip_picture(&ChipPlan::new(&deployment), activity.as_ref());
         write(path, picture.as_bytes())?;
@@ -70,6 +74,37 @@ fn layers(map: &CoreMap) -> String {
         ]);
     }
     table.to_string()
+}
+
+/// What the event engine takes of this machine's memory.
+fn memory(deployment: &Deployment) -> String {
+    let memory = memory_use(deployment);
+    let (synapses, compartments) = sizes(&deployment.map);
+    let per = |bytes: usize, n: u64| bytes as f64 / n.max(1) as f64;
+    format!(
+        "event engine on this machine: {} bytes for all engines of the map, {:.2} per synapse of \
+         {synapses}; {} bytes for each, {:.1} per compartment of {compartments}",
+        memory.shared,
+        per(memory.shared, synapses),
+        memory.state,
+        per(memory.state, compartments)
+    )
+}
+
+/// Number of synapses, those of shared lists counted at each axon that uses them, and of
+/// compartments.
+fn sizes(map: &CoreMap) -> (u64, u64) {
+    let len = |list: &SynapseList| list.entries.iter().map(|e| e.len() as u64).sum::<u64>();
+    let synapses = |core: &Core| {
+        let lens: Vec<u64> = core.lists.iter().map(len).collect();
+        core.axons_in.iter().map(|axon| lens[axon.list as usize]).sum::<u64>()
+    };
+    let compartments = map.cores().iter().map(|core| core.compartments() as u64).sum();
+    (map.cores().iter().map(synapses).sum(), compartments)
+}
+
+fn memory_use(deployment: &Deployment) -> MemoryUse {
+    EventEngine::new(Arc::clone(&deployment.map)).memory()
 }
 
 /// Sorted core numbers as ranges: `3`, `0-63`, `2, 5-6`.
@@ -133,5 +168,12 @@ fn as_json(deployment: &Deployment) -> Result<serde_json::Value, Failure> {
     json["program"] = json!(deployment.program);
     json["eem_san"] = json!(deployment.eem_san);
     json["scales"] = json!(deployment.scales);
+    let (memory, (synapses, compartments)) = (memory_use(deployment), sizes(&deployment.map));
+    json["event_engine"] = json!({
+        "shared_bytes": memory.shared,
+        "state_bytes": memory.state,
+        "synapses": synapses,
+        "compartments": compartments,
+    });
     Ok(json)
 }

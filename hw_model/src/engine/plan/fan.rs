@@ -29,11 +29,88 @@ pub(in crate::engine) struct Fans {
     pushes: Vec<bool>,
     /// Synapses of unit `i` are those from `starts[i]` to `starts[i + 1]`.
     starts: Vec<u32>,
-    /// Place of the sum, with [`FIRST`].
-    targets: Vec<u32>,
-    /// In units of 64.
-    weights: Vec<i16>,
+    synapses: Synapses,
     axons: Vec<u16>,
+}
+
+/// Places of sums, with [`FIRST`], and weights in units of 64.
+#[derive(Debug)]
+enum Synapses {
+    /// One word each, where that holds all of them: below [`FIRST`] the weight, and in the lowest
+    /// `place_bits` the place.
+    Packed {
+        words: Vec<u32>,
+        place_bits: u32,
+    },
+    Apart {
+        targets: Vec<u32>,
+        weights: Vec<i16>,
+    },
+}
+
+impl Default for Synapses {
+    fn default() -> Self {
+        Self::Apart { targets: Vec::new(), weights: Vec::new() }
+    }
+}
+
+impl Synapses {
+    /// Packed where all places and weights fit.
+    fn new(targets: Vec<u32>, weights: Vec<i16>) -> Self {
+        let largest = targets.iter().map(|target| target & !FIRST).max().unwrap_or(0);
+        let place_bits = (u32::BITS - largest.leading_zeros()).max(1);
+        let weight_bits = 31 - place_bits.min(30);
+        let limit = 1i32 << (weight_bits - 1);
+        if weights.iter().any(|weight| !(-limit..limit).contains(&i32::from(*weight))) {
+            return Self::Apart { targets, weights };
+        }
+        let word = |(target, weight): (u32, i16)| {
+            let weight = ((i32::from(weight) as u32) << place_bits) & !FIRST;
+            (target & FIRST) | weight | (target & !FIRST)
+        };
+        let words = targets.into_iter().zip(weights).map(word).collect();
+        Self::Packed { words, place_bits }
+    }
+
+    /// Place with [`FIRST`], and weight.
+    #[inline(always)]
+    fn unpacked(word: u32, place_bits: u32) -> (u32, i32) {
+        let weight = ((word << 1) as i32) >> (place_bits + 1);
+        (word & (FIRST | ((1 << place_bits) - 1)), weight)
+    }
+
+    fn get(&self, index: usize) -> (u32, i32) {
+        match self {
+            Self::Packed { words, place_bits } => Self::unpacked(words[index], *place_bits),
+            Self::Apart { targets, weights } => (targets[index], i32::from(weights[index])),
+        }
+    }
+
+    /// Reads a value of each cache line of the synapses in `range`.
+    #[inline(always)]
+    fn met(&self, range: std::ops::Range<usize>) -> u32 {
+        let (words, weights) = match self {
+            Self::Packed { words, .. } => (&words[range], &[][..]),
+            Self::Apart { targets, weights } => (&targets[range.clone()], &weights[range]),
+        };
+        let mut met = 0;
+        for lines in words.chunks(CACHE_LINE / size_of::<u32>()) {
+            met ^= lines[0];
+        }
+        for lines in weights.chunks(CACHE_LINE / size_of::<i16>()) {
+            met ^= lines[0] as u32;
+        }
+        met
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Packed { words, .. } => size_of_val(&words[..]),
+            Self::Apart { targets, weights } => {
+                size_of_val(&targets[..]) + size_of_val(&weights[..])
+            }
+        }
+    }
 }
 
 /// The part of [`Fans`] that reaches the cores of one thread, and its sums.
@@ -96,6 +173,7 @@ impl Fans {
             starts: vec![0; n_units + 1],
             ..Self::default()
         };
+        let (mut targets, mut weights) = (Vec::new(), Vec::new());
         for (unit, core, axon) in edges {
             let about = map.cores()[usize::from(core)].axons_in[usize::from(axon)];
             let ListIs::Fan(synapses) = &layouts[usize::from(core)].lists[about.list as usize]
@@ -106,12 +184,13 @@ impl Fans {
                 (place[usize::from(core)] << fans.stride_bits) as u32 + u32::from(about.base);
             for (index, (target, weight)) in synapses.iter().enumerate() {
                 let first = if index == 0 { FIRST } else { 0 };
-                fans.targets.push((base + u32::from(*target)) | first);
-                fans.weights.push(*weight);
+                targets.push((base + u32::from(*target)) | first);
+                weights.push(*weight);
                 fans.axons.push(axon);
             }
-            fans.starts[unit as usize + 1] = fans.targets.len() as u32;
+            fans.starts[unit as usize + 1] = targets.len() as u32;
         }
+        fans.synapses = Synapses::new(targets, weights);
         // Units without any begin where the one before ends.
         (0..n_units).for_each(|unit| {
             fans.starts[unit + 1] = fans.starts[unit + 1].max(fans.starts[unit]);
@@ -130,10 +209,19 @@ impl Fans {
         let within =
             |target: u32, place: usize| ((target & !FIRST) >> self.stride_bits) < place as u32;
         let range = |range: &[u32]| {
-            let targets = &self.targets[range[0] as usize..range[1] as usize];
-            let from = targets.partition_point(|target| within(*target, first));
-            let to = targets.partition_point(|target| within(*target, end));
-            (range[0] + from as u32, range[0] + to as u32)
+            let before = |place: usize| {
+                let (mut low, mut high) = (range[0], range[1]);
+                while low < high {
+                    let middle = low.midpoint(high);
+                    if within(self.synapses.get(middle as usize).0, place) {
+                        low = middle + 1;
+                    } else {
+                        high = middle;
+                    }
+                }
+                low
+            };
+            (before(first), before(end))
         };
         let n_cores = end - first;
         let ranges =
@@ -154,25 +242,9 @@ impl Fans {
         pushing.map(|(source, _)| (source, self.first_units[source]))
     }
 
-    /// Reads a value of each cache line of the synapses in `range`.
-    #[inline(always)]
-    fn met(&self, range: std::ops::Range<usize>) -> u32 {
-        let mut met = 0;
-        for lines in self.targets[range.clone()].chunks(CACHE_LINE / size_of::<u32>()) {
-            met ^= lines[0];
-        }
-        for lines in self.weights[range].chunks(CACHE_LINE / size_of::<i16>()) {
-            met ^= lines[0] as u32;
-        }
-        met
-    }
-
     /// Size in memory.
     pub(in crate::engine) fn bytes(&self) -> usize {
-        size_of_val(&self.starts[..])
-            + size_of_val(&self.targets[..])
-            + size_of_val(&self.weights[..])
-            + size_of_val(&self.axons[..])
+        size_of_val(&self.starts[..]) + self.synapses.bytes() + size_of_val(&self.axons[..])
     }
 }
 
@@ -219,7 +291,7 @@ impl Fan {
                 let (start, end) = self.ranges[first_unit + unit];
                 batch[n] = (start as usize, end as usize);
                 n += 1;
-                met ^= fans.met(start as usize..end as usize);
+                met ^= fans.synapses.met(start as usize..end as usize);
             }
             std::hint::black_box(met);
             for (start, end) in &batch[..n] {
@@ -233,12 +305,26 @@ impl Fan {
 
     #[inline(always)]
     fn push_range(&mut self, fans: &Fans, range: std::ops::Range<usize>) {
-        let offset = (self.first << fans.stride_bits) as u32;
-        for (target, weight) in fans.targets[range.clone()].iter().zip(&fans.weights[range]) {
-            let sum = ((target & !FIRST) - offset) as usize;
-            self.sums[sum] += i32::from(*weight);
-            self.counts[sum >> fans.stride_bits] += 1 + (u64::from(target >> 31) << 32);
+        match &fans.synapses {
+            Synapses::Packed { words, place_bits } => {
+                for word in &words[range] {
+                    let (target, weight) = Synapses::unpacked(*word, *place_bits);
+                    self.add(fans, target, weight);
+                }
+            }
+            Synapses::Apart { targets, weights } => {
+                for (target, weight) in targets[range.clone()].iter().zip(&weights[range]) {
+                    self.add(fans, *target, i32::from(*weight));
+                }
+            }
         }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, fans: &Fans, target: u32, weight: i32) {
+        let sum = (target & !FIRST) as usize - (self.first << fans.stride_bits);
+        self.sums[sum] += weight;
+        self.counts[sum >> fans.stride_bits] += 1 + (u64::from(target >> 31) << 32);
     }
 
     /// The same for those axons alone that `takes` lets pass.
@@ -251,7 +337,7 @@ impl Fan {
         let (start, end) = self.ranges[first_unit + unit];
         let mut taken = false;
         for index in start as usize..end as usize {
-            let target = fans.targets[index];
+            let (target, weight) = fans.synapses.get(index);
             let place = (target & !FIRST) as usize - (self.first << fans.stride_bits);
             let of_thread = place >> fans.stride_bits;
             if target & FIRST != 0 {
@@ -259,8 +345,7 @@ impl Fan {
                 taken = takes(PushedAxon { source, unit, core, axon: fans.axons[index] });
             }
             if taken {
-                self.sums[place] += i32::from(fans.weights[index]);
-                self.counts[of_thread] += 1 + (u64::from(target >> 31) << 32);
+                self.add(fans, target, weight);
             }
         }
     }

@@ -166,12 +166,15 @@ impl Shape {
 /// What tells lists apart: entries, formats, whether several axons use it.
 type ListKey<'a> = (&'a [SynapseEntry], &'a [SynapseFormat], bool);
 
+/// A list, its row and how far it is moved.
+type KnownList<'a> = (ListKey<'a>, (usize, u16));
+
 /// All different rows of a map.
 #[derive(Debug, Default)]
 pub(super) struct Shapes<'a> {
     rows: Vec<Arc<Shape>>,
     /// Lists with their rows and offsets, by [`sample`].
-    lists: BTreeMap<[i16; 8], Vec<(ListKey<'a>, (usize, u16))>>,
+    lists: BTreeMap<[i16; 8], Vec<KnownList<'a>>>,
     numbers: BTreeMap<Arc<Shape>, usize>,
 }
 

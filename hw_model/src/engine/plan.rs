@@ -58,9 +58,7 @@ pub(super) struct CorePlan {
     /// Number of sums: compartments and what padding needs.
     pub(super) sums: usize,
     pub(super) links: Vec<Link>,
-    /// What a spike of each compartment costs to send: number of one of `send_costs`.
-    pub(super) sends: Vec<u16>,
-    pub(super) send_costs: Vec<SendCost>,
+    pub(super) sends: Sends,
     /// Synapses of all input axons.
     work: u64,
 }
@@ -85,16 +83,80 @@ pub(super) struct SendCost {
 }
 
 impl SendCost {
-    /// Adds what the spikes of `bits` cost: compartment `i` has cost number `sends[i]`.
+    fn add(&mut self, cost: SendCost, times: u32) {
+        self.messages += cost.messages * times;
+        self.within_tile += cost.within_tile * times;
+        self.east_west += cost.east_west * times;
+        self.north_south += cost.north_south * times;
+    }
+}
+
+/// What spikes of a core's compartments cost to send.
+#[derive(Debug)]
+pub(super) enum Sends {
+    /// Each different cost, with a bit for every compartment that has it.
+    Few(Vec<(SendCost, Vec<u64>)>),
+    /// The cost of each compartment.
+    Many(Vec<SendCost>),
+}
+
+/// Most different costs for which going through all of them is faster than through the spikes.
+const FEW: usize = 12;
+
+impl Sends {
+    fn new(of_each: Vec<SendCost>) -> Self {
+        let mut costs = of_each.clone();
+        costs.sort_unstable();
+        costs.dedup();
+        if costs.len() > FEW {
+            return Self::Many(of_each);
+        }
+        let with_bits = |cost: SendCost| {
+            let bits = |of_word: &[SendCost]| {
+                let bit = |(i, there): (usize, &SendCost)| u64::from(*there == cost) << i;
+                of_word.iter().enumerate().map(bit).sum::<u64>()
+            };
+            (cost, of_each.chunks(BLOCK).map(bits).collect())
+        };
+        // Sending nothing costs nothing.
+        let costs = costs.into_iter().filter(|cost| *cost != SendCost::default());
+        Self::Few(costs.map(with_bits).collect())
+    }
+
+    /// What the spikes in `words` cost, one bit for each compartment.
     #[inline(always)]
-    pub(super) fn add(&mut self, costs: &[SendCost], sends: &[u16], mut bits: u64) {
-        while bits != 0 {
-            let cost = costs[usize::from(sends[bits.trailing_zeros() as usize])];
-            self.messages += cost.messages;
-            self.within_tile += cost.within_tile;
-            self.east_west += cost.east_west;
-            self.north_south += cost.north_south;
-            bits &= bits - 1;
+    pub(super) fn cost(&self, words: impl Iterator<Item = u64> + Clone) -> SendCost {
+        let mut total = SendCost::default();
+        match self {
+            Self::Few(costs) => {
+                for (cost, bits) in costs {
+                    let mut times = 0;
+                    for (word, bits) in words.clone().zip(bits) {
+                        times += (word & bits).count_ones();
+                    }
+                    total.add(*cost, times);
+                }
+            }
+            Self::Many(costs) => {
+                for (mut word, costs) in words.zip(costs.chunks(BLOCK)) {
+                    while word != 0 {
+                        total.add(costs[word.trailing_zeros() as usize], 1);
+                        word &= word - 1;
+                    }
+                }
+            }
+        }
+        total
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Few(costs) => {
+                let bytes =
+                    |(_, bits): &(SendCost, Vec<u64>)| size_of::<SendCost>() + 8 * bits.len();
+                costs.iter().map(bytes).sum()
+            }
+            Self::Many(costs) => size_of_val(&costs[..]),
         }
     }
 }
@@ -180,11 +242,6 @@ impl CorePlan {
         let mut biases: Vec<i32> =
             core.params(&map.chip().arithmetic).iter().map(|p| p.bias).collect();
         biases.resize(laid_out.sums, 0);
-        let of_each = send_costs(map, id, core);
-        let mut send_costs = of_each.clone();
-        send_costs.sort_unstable();
-        send_costs.dedup();
-        let number = |cost: &SendCost| send_costs.partition_point(|there| there < cost) as u16;
         Self {
             compartments,
             blocks: blocks(map, core),
@@ -197,8 +254,7 @@ impl CorePlan {
             uniform: laid_out.uniform,
             sums: laid_out.sums,
             links,
-            sends: of_each.iter().map(number).collect(),
-            send_costs,
+            sends: Sends::new(send_costs(map, id, core)),
             work,
         }
     }
@@ -210,8 +266,7 @@ impl CorePlan {
             + size_of_val(&self.runs[..])
             + size_of_val(&self.targets[..])
             + self.links.iter().map(Link::bytes).sum::<usize>()
-            + size_of_val(&self.sends[..])
-            + size_of_val(&self.send_costs[..])
+            + self.sends.bytes()
     }
 }
 

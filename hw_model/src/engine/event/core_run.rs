@@ -457,7 +457,6 @@ fn update<S: Copy + Default>(
     i32: From<S>,
 {
     let mut counts = BlockCounts::default();
-    let mut messages = SendCost::default();
     let mut spiking = 0;
     for (block, awake) in plan.blocks.iter().zip(state.awake) {
         if !*awake && !state.touched.holds(block.start) {
@@ -490,12 +489,8 @@ fn update<S: Copy + Default>(
             spiking += block_done.spikes.count_ones();
         }
     }
-    if spiking > 0 {
-        // All at once: costs that are not in the cache are fetched side by side.
-        for (bits, sends) in spikes.words().zip(plan.sends.chunks(BLOCK)) {
-            messages.add(&plan.send_costs, sends, bits);
-        }
-    }
+    // All at once: costs that are not in the cache are fetched side by side.
+    let messages = if spiking > 0 { plan.sends.cost(spikes.words()) } else { SendCost::default() };
     done.updates_spiking += u64::from(spiking);
     done.updates_inactive += u64::from(counts.inactive);
     done.updates_active += plan.compartments as u64 - u64::from(spiking + counts.inactive);

@@ -30,7 +30,7 @@ impl SourceSpikes {
 
     /// One bit for each unit.
     #[inline(always)]
-    pub(super) fn words(&self) -> impl Iterator<Item = u64> + '_ {
+    pub(super) fn words(&self) -> impl Iterator<Item = u64> + Clone + '_ {
         self.words.iter().map(|word| word.load(Ordering::Relaxed))
     }
 

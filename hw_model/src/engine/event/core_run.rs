@@ -140,30 +140,16 @@ impl CoreRun {
         done: &mut OpCounts,
     ) {
         spikes.clear();
+        let state = State {
+            current: &mut self.current,
+            voltage: &mut self.voltage,
+            refractory: &mut self.refractory,
+            awake: &mut self.awake,
+            touched: self.touched,
+        };
         match &mut self.sums {
-            Sums::Narrow(sums) => {
-                let sums = &mut sums[..];
-                let state = State {
-                    sums,
-                    current: &mut self.current,
-                    voltage: &mut self.voltage,
-                    refractory: &mut self.refractory,
-                    awake: &mut self.awake,
-                    touched: self.touched,
-                };
-                update(plan, widths, fast, state, spikes, done);
-            }
-            Sums::Wide(sums) => {
-                let state = State {
-                    sums,
-                    current: &mut self.current,
-                    voltage: &mut self.voltage,
-                    refractory: &mut self.refractory,
-                    awake: &mut self.awake,
-                    touched: self.touched,
-                };
-                update(plan, widths, fast, state, spikes, done);
-            }
+            Sums::Narrow(sums) => update(plan, widths, fast, sums, state, spikes, done),
+            Sums::Wide(sums) => update(plan, widths, fast, sums, state, spikes, done),
         }
         self.touched = Touched::default();
     }
@@ -435,9 +421,8 @@ fn add_chunks<W: Copy, S: Copy + From<W> + AddAssign>(sums: &mut [S], weights: &
     }
 }
 
-/// State of a core, with sums of either width.
-struct State<'a, S> {
-    sums: &'a mut [S],
+/// State of a core but for its sums.
+struct State<'a> {
     current: &'a mut [i32],
     voltage: &'a mut [i32],
     refractory: &'a mut [u8],
@@ -450,7 +435,8 @@ fn update<S: Copy + Default>(
     plan: &CorePlan,
     widths: &Widths,
     fast: bool,
-    state: State<'_, S>,
+    sums: &mut [S],
+    state: State<'_>,
     spikes: &SourceSpikes,
     done: &mut OpCounts,
 ) where
@@ -466,7 +452,7 @@ fn update<S: Copy + Default>(
         let range = block.start..block.start + if block.alone { BLOCK } else { block.len };
         let mut lanes = Lanes {
             bias: &plan.biases[range.clone()],
-            sums: &mut state.sums[range.clone()],
+            sums: &mut sums[range.clone()],
             unit_shift: plan.unit_shift,
             current: &mut state.current[range.clone()],
             voltage: &mut state.voltage[range.clone()],

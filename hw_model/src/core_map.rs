@@ -179,6 +179,13 @@ impl Core {
         self.groups.iter().map(|group| usize::from(group.len)).sum()
     }
 
+    /// Synapses of all input axons; those of a list count at each axon that uses it.
+    pub fn synapses(&self) -> u64 {
+        let len = |list: &SynapseList| list.entries.iter().map(|e| e.len() as u64).sum::<u64>();
+        let lens: Vec<u64> = self.lists.iter().map(len).collect();
+        self.axons_in.iter().map(|axon| lens[axon.list as usize]).sum()
+    }
+
     /// Parameters of each compartment in order.
     pub fn params(&self, arithmetic: &Arithmetic) -> Vec<CompartmentParams> {
         self.groups

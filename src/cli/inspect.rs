@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use hw_model::core_map::Core;
 use hw_model::id::CoreId;
-use hw_model::synapse::SynapseList;
 use hw_model::{CoreMap, EventEngine, MemoryUse};
 use serde_json::json;
 use spikeloop::files;
@@ -91,16 +90,10 @@ fn memory(deployment: &Deployment) -> String {
     )
 }
 
-/// Number of synapses, those of shared lists counted at each axon that uses them, and of
-/// compartments.
+/// Number of synapses and of compartments, see [`Core::synapses`].
 fn sizes(map: &CoreMap) -> (u64, u64) {
-    let len = |list: &SynapseList| list.entries.iter().map(|e| e.len() as u64).sum::<u64>();
-    let synapses = |core: &Core| {
-        let lens: Vec<u64> = core.lists.iter().map(len).collect();
-        core.axons_in.iter().map(|axon| lens[axon.list as usize]).sum::<u64>()
-    };
     let compartments = map.cores().iter().map(|core| core.compartments() as u64).sum();
-    (map.cores().iter().map(synapses).sum(), compartments)
+    (map.cores().iter().map(Core::synapses).sum(), compartments)
 }
 
 fn memory_use(deployment: &Deployment) -> MemoryUse {

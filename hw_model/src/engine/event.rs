@@ -7,16 +7,15 @@
 
 use std::sync::Arc;
 
-use super::barrier::StepBarrier;
 use pulp::{Arch, NullaryFnOnce};
 
+use super::barrier::StepBarrier;
 use super::plan::{Fan, Plan};
 use super::{
     Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults, lanes,
 };
 use crate::compartment::{CompartmentState, Widths};
 use crate::core_map::CoreMap;
-use crate::cost::{CoreTimes, CostTable};
 use crate::counters::OpCounts;
 use crate::faults::{Faults, Loss};
 use crate::id::{CompartmentIdx, CoreId};
@@ -67,18 +66,24 @@ impl EventEngine {
     }
 
     fn with_plan(map: Arc<CoreMap>, plan: Arc<Plan>, threads: usize) -> Self {
-        let barriers_ps = barriers_ps(&map);
         let shares = plan.shares(threads);
         let mut next = 0;
         let fan = |len: &usize| {
             next += len;
             plan.fans.part(next - len..next)
         };
+        let fans = shares.iter().map(fan).collect();
+        Self::at_start(map, plan, shares, fans)
+    }
+
+    /// At step 0, where `fans` have no input.
+    fn at_start(map: Arc<CoreMap>, plan: Arc<Plan>, shares: Vec<usize>, fans: Vec<Fan>) -> Self {
+        let barriers_ps = barriers_ps(&map);
         Self {
             widths: Widths::new(&map.chip().arithmetic),
-            fans: shares.iter().map(fan).collect(),
             shares,
             cores: plan.cores.iter().map(CoreRun::new).collect(),
+            fans,
             spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
             faults: Faults::default(),
             chip_counts: OpCounts::default(),
@@ -114,31 +119,15 @@ impl EventEngine {
 
     /// A second engine on the same map at step 0, without faults; weights and routing are shared.
     pub fn fresh(&self) -> Self {
-        Self {
-            map: Arc::clone(&self.map),
-            plan: Arc::clone(&self.plan),
-            widths: self.widths,
-            shares: self.shares.clone(),
-            cores: self.plan.cores.iter().map(CoreRun::new).collect(),
-            fans: self.fans.iter().map(Fan::fresh).collect(),
-            spikes: [
-                SpikeSets::new(&self.plan.source_sizes),
-                SpikeSets::new(&self.plan.source_sizes),
-            ],
-            faults: Faults::default(),
-            chip_counts: OpCounts::default(),
-            barriers_ps: self.barriers_ps.clone(),
-            time_ps: vec![0; self.time_ps.len()],
-            now: 0,
-        }
+        let (map, plan) = (Arc::clone(&self.map), Arc::clone(&self.plan));
+        let fans = self.fans.iter().map(Fan::fresh).collect();
+        Self::at_start(map, plan, self.shares.clone(), fans)
     }
 }
 
 /// What all threads of a run share.
 struct Run<'a> {
     plan: &'a Plan,
-    /// One for each cost table.
-    times: Vec<CoreTimes>,
     widths: Widths,
     /// Whether the vector path computes the same for these widths.
     fast: bool,
@@ -173,7 +162,7 @@ impl NullaryFnOnce for Work<'_> {
     #[inline(always)]
     fn call(mut self) -> Share {
         let run = self.run;
-        let tables = run.times.len();
+        let tables = run.plan.core_times.len();
         let steps = run.stimulus.steps();
         let mut share = Share { spikes: Vec::new(), slowest_ps: vec![0; steps * tables] };
         for step in 0..steps {
@@ -213,7 +202,7 @@ impl Work<'_> {
                 let pushed = self.fan.take(&run.plan.fans, core_id);
                 core.deliver((plan, &run.plan.weights), before, pushed, loss, &mut done);
                 core.update(plan, &run.widths, run.fast, under_way_here, &mut done);
-                for (slowest, times) in slowest_ps.iter_mut().zip(&run.times) {
+                for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
                     *slowest = (*slowest).max(times.of(&done));
                 }
                 core.counts += &done;
@@ -291,7 +280,6 @@ impl Engine for EventEngine {
         let workers = self.shares.len();
         let run = Run {
             plan: &self.plan,
-            times: self.map.chip().cost_tables.iter().map(CostTable::core_times).collect(),
             widths: self.widths,
             fast: lanes::fits(&self.widths),
             spikes: &self.spikes,
@@ -377,8 +365,9 @@ impl EventEngine {
     fn merge(&mut self, shares: Vec<Share>, stimulus: &Stimulus, record: &mut SpikeRecord) {
         let steps = stimulus.steps();
         let tables = self.time_ps.len();
+        let mut slowest = vec![0; tables];
         for step in 0..steps {
-            let mut slowest = vec![0; tables];
+            slowest.fill(0);
             for share in &shares {
                 for (all, one) in slowest.iter_mut().zip(&share.slowest_ps[step * tables..]) {
                     *all = (*all).max(*one);

@@ -4,7 +4,7 @@
 use super::lanes::BLOCK;
 use crate::compartment::CompartmentParams;
 use crate::core_map::{CompartmentGroup, Core, CoreMap};
-use crate::synapse::SynapseList;
+use crate::cost::{CoreTimes, CostTable};
 
 mod fan;
 mod links;
@@ -26,6 +26,8 @@ pub(super) struct Plan {
     pub(super) source_sizes: Vec<usize>,
     /// Messages per line of each port.
     pub(super) port_messages: Vec<Vec<u32>>,
+    /// One for each cost table of the chip.
+    pub(super) core_times: Vec<CoreTimes>,
     /// Synapses that are pushed by their source, of all cores.
     pub(super) fans: Fans,
 }
@@ -179,7 +181,14 @@ impl Plan {
         });
         let cores = cores.collect();
         let weights = writer.into_pool();
-        Self { cores, weights, port_messages: port_messages(map), source_sizes, fans }
+        Self {
+            cores,
+            weights,
+            port_messages: port_messages(map),
+            core_times: map.chip().cost_tables.iter().map(CostTable::core_times).collect(),
+            source_sizes,
+            fans,
+        }
     }
 
     /// Size in memory, everything that the threads and all engines of one map share.
@@ -235,10 +244,7 @@ impl CorePlan {
     fn new(map: &CoreMap, id: usize, laid_out: LaidOut, links: Vec<Link>) -> Self {
         let core = &map.cores()[id];
         let compartments = core.compartments();
-        let len = |list: &SynapseList| list.entries.iter().map(|e| e.len() as u64).sum::<u64>();
-        let lens: Vec<u64> = core.lists.iter().map(len).collect();
-        let synapses = core.axons_in.iter().map(|axon| lens[axon.list as usize]);
-        let work = UPDATE_WORK * compartments as u64 + synapses.sum::<u64>();
+        let work = UPDATE_WORK * compartments as u64 + core.synapses();
         let mut biases: Vec<i32> =
             core.params(&map.chip().arithmetic).iter().map(|p| p.bias).collect();
         biases.resize(laid_out.sums, 0);

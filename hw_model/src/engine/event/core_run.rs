@@ -215,9 +215,8 @@ fn deliver<W: Copy, S: Copy + From<W> + AddAssign>(
         let tally = &mut tally;
         // With numbers that are known there are no branches to mispredict.
         match (uniform.runs, uniform.chunks) {
-            _ if !link.uniform => deliver_rows(plan, link, weights, sums, before, loss, tally),
-            _ if loss.is_some() => {
-                deliver_chunks(link, uniform, weights, sums, before, loss, tally);
+            _ if !link.uniform || loss.is_some() => {
+                deliver_any(plan, link, weights, sums, before, loss, tally);
             }
             (1, 1) => add_all::<W, S, 1, 1>(link, uniform, weights, sums, before, tally),
             (1, 2) => add_all::<W, S, 1, 2>(link, uniform, weights, sums, before, tally),
@@ -225,7 +224,7 @@ fn deliver<W: Copy, S: Copy + From<W> + AddAssign>(
             (1, 8) => add_all::<W, S, 1, 8>(link, uniform, weights, sums, before, tally),
             (2, 1) => add_all::<W, S, 2, 1>(link, uniform, weights, sums, before, tally),
             (2, 2) => add_all::<W, S, 2, 2>(link, uniform, weights, sums, before, tally),
-            _ => deliver_chunks(link, uniform, weights, sums, before, loss, tally),
+            _ => deliver_any(plan, link, weights, sums, before, loss, tally),
         }
     }
     done.axon_deliveries += tally.deliveries;
@@ -239,9 +238,9 @@ fn deliver<W: Copy, S: Copy + From<W> + AddAssign>(
     tally.touched
 }
 
-/// Rows of any shapes.
+/// Rows of any shapes, of spikes that may be lost.
 #[inline(always)]
-fn deliver_rows<W: Copy, S: Copy + From<W> + AddAssign>(
+fn deliver_any<W: Copy, S: Copy + From<W> + AddAssign>(
     plan: &CorePlan,
     link: &Link,
     weights: &[W],
@@ -260,49 +259,27 @@ fn deliver_rows<W: Copy, S: Copy + From<W> + AddAssign>(
             }
             tally.deliveries += 1;
             let delivery = link.deliveries[number];
-            let row = &plan.rows[delivery.at as usize];
-            for (all, ops) in tally.ops.iter_mut().zip(row.ops) {
-                *all += u64::from(ops);
-            }
-            add_row(plan, row, usize::from(delivery.base), weights, sums, &mut tally.touched);
-        }
-    }
-}
-
-/// Rows of one shape, whichever, of spikes that may be lost.
-#[inline(always)]
-fn deliver_chunks<W: Copy, S: Copy + From<W> + AddAssign>(
-    link: &Link,
-    uniform: Uniform,
-    weights: &[W],
-    sums: &mut [S],
-    before: &SpikeSets,
-    loss: Option<Loss>,
-    tally: &mut Tally,
-) {
-    let len = uniform.chunks * CHUNK;
-    for unit in before.of_chosen(link.source, &link.reaching) {
-        for number in link.deliveries_of(unit) {
-            if let Some(loss) = loss
-                && link.loses(loss, unit, number)
-            {
-                tally.lost += 1;
-                continue;
-            }
-            tally.deliveries += 1;
-            let delivery = link.deliveries[number];
-            tally.packed_ops += delivery.packed_ops();
-            for run in 0..uniform.runs {
-                let first = usize::from(delivery.base) + run * uniform.pitch;
-                let at = CHUNK * delivery.at as usize + run * len;
-                add_chunks(&mut sums[first..][..len], &weights[at..][..len]);
-                tally.touched.add(first, len);
+            let base = usize::from(delivery.base);
+            if let Some(uniform) = plan.uniform.filter(|_| link.uniform) {
+                tally.packed_ops += delivery.packed_ops();
+                let mut weights = &weights[CHUNK * delivery.at as usize..];
+                for run in 0..uniform.runs {
+                    let first = (run * uniform.pitch) as u16;
+                    let run = Run { first, chunks: uniform.chunks as u16 };
+                    weights = add_run(base, run, weights, sums, &mut tally.touched);
+                }
+            } else {
+                let row = &plan.rows[delivery.at as usize];
+                for (all, ops) in tally.ops.iter_mut().zip(row.ops) {
+                    *all += u64::from(ops);
+                }
+                add_row(plan, row, base, weights, sums, &mut tally.touched);
             }
         }
     }
 }
 
-/// The same for `RUNS` runs of `CHUNKS` chunks where nothing is lost.
+/// Rows of `RUNS` runs of `CHUNKS` chunks where nothing is lost.
 #[inline(always)]
 fn add_all<W: Copy, S: Copy + From<W> + AddAssign, const RUNS: usize, const CHUNKS: usize>(
     link: &Link,

@@ -8,7 +8,7 @@ use super::links::FanEdge;
 use super::rows::{Layout, ListIs};
 use crate::core_map::CoreMap;
 
-/// Marks the first synapse of an axon in [`Fans::targets`].
+/// Marks the first synapse of an axon in [`Synapses`].
 const FIRST: u32 = 1 << 31;
 
 /// Bytes that memory gives at once.

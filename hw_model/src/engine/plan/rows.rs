@@ -3,8 +3,8 @@
 //! Weights of neighbouring compartments are stored side by side and padded with zeros to whole
 //! [`CHUNK`]s, so that adding them needs no remainder loop. Equal rows are stored once for the
 //! whole chip: the cores of a convolution have the same kernels. A core whose weights fit 8 bit
-//! after a common shift, and whose sums then provably fit 16 bit whatever spikes arrive, has them
-//! so; others take 16 and 32 bit.
+//! after a common shift has them so, else in 16; sums take 16 bit where they provably fit whatever
+//! spikes arrive, else 32, with weights of 16 ([`Fit`]).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -76,6 +76,13 @@ pub(in crate::engine) struct Pool {
     pub(in crate::engine) wide: AVec<i16>,
 }
 
+impl Pool {
+    /// Size in memory.
+    pub(in crate::engine) fn bytes(&self) -> usize {
+        size_of_val(&self.narrow[..]) + size_of_val(&self.wide[..])
+    }
+}
+
 /// What a core's numbers fit into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::engine) enum Fit {
@@ -85,13 +92,6 @@ pub(in crate::engine) enum Fit {
     Weights16Sums16,
     /// Weights 16 bit, sums 32.
     Weights16Sums32,
-}
-
-impl Pool {
-    /// Size in memory.
-    pub(in crate::engine) fn bytes(&self) -> usize {
-        size_of_val(&self.narrow[..]) + size_of_val(&self.wide[..])
-    }
 }
 
 /// What becomes of the lists of one core.
@@ -131,11 +131,7 @@ enum Kind {
 impl Shape {
     /// All bits that any weight has.
     fn bits(&self) -> i16 {
-        let of_run = |run: &(u16, Vec<i16>)| run.1.iter().fold(0, |bits, weight| bits | weight);
-        match &self.kind {
-            Kind::Runs(runs) => runs.iter().map(of_run).fold(0, |bits, more| bits | more),
-            Kind::Sparse(synapses) => synapses.iter().fold(0, |bits, (_, weight)| bits | weight),
-        }
+        self.weights().fold(0, |bits, weight| bits | weight)
     }
 
     /// Chunks of the longest run; `None` where there are no runs.

@@ -8,6 +8,7 @@
 
 pub mod actor;
 pub mod config;
+pub mod end_to_end;
 pub mod flight;
 pub mod hsvae;
 pub mod replay;

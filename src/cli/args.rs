@@ -118,6 +118,8 @@ pub(super) enum RecipeArg {
     Fifth,
     /// As the third, with the delays of a chip that streams; give --encoder and --from
     Streaming,
+    /// The encoder learns with the actor, end to end; give --encoder and --from
+    E2e,
     /// The paper's: DDPG, one world, no planner
     Plain,
 }
@@ -128,7 +130,7 @@ pub(super) enum TrainVerb {
     Hsvae {},
     /// The actor: with an encoder EEM-SAN's, without one the laser-only control
     Actor {
-        /// Weights of the auto-encoder, as `train hsvae` writes them
+        /// Weights of the auto-encoder, as `train hsvae` writes them, or of an EEM-SAN for its encoder
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,
         /// Built-in configuration

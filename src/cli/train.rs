@@ -23,6 +23,7 @@ const THIRD_CONFIG: &str = include_str!("../train/configs/third.toml");
 const FOURTH_CONFIG: &str = include_str!("../train/configs/fourth.toml");
 const FIFTH_CONFIG: &str = include_str!("../train/configs/fifth.toml");
 const STREAMING_CONFIG: &str = include_str!("../train/configs/streaming.toml");
+const E2E_CONFIG: &str = include_str!("../train/configs/e2e.toml");
 const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 
 /// Weights of the actor that did best in the flights of the selection.
@@ -189,6 +190,7 @@ fn actor(
         RecipeArg::Fourth => (FOURTH_CONFIG, "fourth.toml"),
         RecipeArg::Fifth => (FIFTH_CONFIG, "fifth.toml"),
         RecipeArg::Streaming => (STREAMING_CONFIG, "streaming.toml"),
+        RecipeArg::E2e => (E2E_CONFIG, "e2e.toml"),
         RecipeArg::Plain => (PLAIN_CONFIG, "plain.toml"),
     };
     let (file, text) = config_text(args, built_in, name)?;
@@ -250,9 +252,11 @@ fn actor_round(training: &mut ActorTraining, bar: &indicatif::ProgressBar) -> St
     });
     let per_s = |n: u64, seconds: f64| n as f64 / f64::max(seconds, 1e-9);
     let ends = report.ends;
+    let seen = report.seen.map_or(String::new(), |loss| format!(", on the newest {loss:.4}"));
+    let rate = report.rate.map_or(String::new(), |rate| format!(", encoder's spikes {rate:.3}"));
     format!(
         "round {}: flights {} (goal {}, contact {}, time {}), reward {:.3}, critic {:.3}, actor \
-         {:.4}; {:.0} ticks/s flown, {:.1} updates/s, {:.0} % of the time flying",
+         {:.4}{seen}{rate}; {:.0} ticks/s flown, {:.1} updates/s, {:.0} % of the time flying",
         training.round(),
         ends.total(),
         ends.goal,

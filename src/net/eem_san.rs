@@ -171,13 +171,15 @@ impl EemSan {
         Ok(Self { name: name.to_owned(), steps: STEPS, encoder, laser, dvs, decision })
     }
 
-    /// Reads an encoder alone, as `spikeloop train hsvae` writes it (no prefix before the names).
+    /// Reads an encoder alone, as `spikeloop train hsvae` writes it (no prefix before the names), or
+    /// that of an EEM-SAN.
     ///
     /// Errors: as [`EemSan::from_bytes`]; no encoder in the file.
     pub fn encoder_from_bytes(file: &str, bytes: &[u8]) -> Result<EventEncoder, NetError> {
         let tensors = tensors::open(file, bytes)?;
         let parts = Parts { file, tensors: &tensors };
-        parts.encoder("")?.ok_or_else(|| NetError::Tensor {
+        let found = parts.encoder("")?.map_or_else(|| parts.encoder("hsvae."), |e| Ok(Some(e)));
+        found?.ok_or_else(|| NetError::Tensor {
             file: file.to_owned(),
             layer: "encoder.1".to_owned(),
             tensor: "encoder.1.weight".to_owned(),

@@ -221,13 +221,29 @@ impl Ddpg {
         streams: &Streams,
     ) -> Losses {
         let critic = if judge { self.update_critics(batch, streams) } else { 0.0 };
-        let actor = self.update_actor(batch, guide, objective, streams);
+        let (actor, _) = self.update_actor(batch, guide, objective, streams);
         for learner in self.critics.iter_mut().chain([&mut self.actor]) {
             let tau = self.settings.tau;
             soft_update(&mut learner.target.values, &learner.online.values, tau);
         }
         self.updates += 1;
         Losses { critic, actor }
+    }
+
+    /// An update of the actor alone, for what made its observations to learn as well: gives its
+    /// loss, and the gradient of the observations, [rows, dimensions].
+    pub fn update_seeing(
+        &mut self,
+        batch: &Transitions,
+        guide: &Guide,
+        objective: &Objective,
+        streams: &Streams,
+    ) -> (f64, Vec<f32>) {
+        let seen = self.update_actor(batch, Some(guide), objective, streams);
+        let Learner { target, online, .. } = &mut self.actor;
+        soft_update(&mut target.values, &online.values, self.settings.tau);
+        self.updates += 1;
+        seen
     }
 
     fn update_critics(&mut self, batch: &Transitions, streams: &Streams) -> f64 {
@@ -297,17 +313,23 @@ impl Ddpg {
         guide: Option<&Guide>,
         objective: &Objective,
         streams: &Streams,
-    ) -> f64 {
+    ) -> (f64, Vec<f32>) {
         let rows = batch.rewards.len();
         let shard = |range| self.actor_shard(batch, guide, objective, streams, range);
         let parts = self.settings.shards.run(rows, shard);
-        let (gradients, losses): (Vec<_>, Vec<f64>) = parts.into_iter().unzip();
+        let (mut loss, mut gradients, mut d_observations) = (0.0, Vec::new(), Vec::new());
+        for (gradient, d_seen, part) in parts {
+            gradients.push(gradient);
+            d_observations.extend(d_seen);
+            loss += part;
+        }
         let gradient = shards::sum(gradients);
         self.actor.adam.step(&self.settings.actor, &mut self.actor.online.values, &gradient);
         self.actor_layers.project(&mut self.actor.online.values);
-        losses.iter().sum()
+        (loss, d_observations)
     }
 
+    /// Gradients of parameters and observations, and part of the loss.
     fn actor_shard(
         &self,
         batch: &Transitions,
@@ -315,7 +337,7 @@ impl Ddpg {
         objective: &Objective,
         streams: &Streams,
         range: Range<usize>,
-    ) -> (Vec<f32>, f64) {
+    ) -> (Vec<f32>, Vec<f32>, f64) {
         let observations = part(batch.observations, batch, &range);
         let draws = self.draws(streams, stream::POPULATION_SPIKES, &range);
         let values = &self.actor.online.values;
@@ -341,8 +363,8 @@ impl Ddpg {
             loss += guide.follow(objective, &acted.action, &range, rows, &mut d_action);
         }
         let mut gradient = self.actor_layers.layout().zeros();
-        self.actor_layers.backward(values, &mut gradient, &acted, &d_action);
-        (gradient, loss)
+        let d_seen = self.actor_layers.backward(values, &mut gradient, &acted, &d_action);
+        (gradient, d_seen, loss)
     }
 
     fn draws<'a>(

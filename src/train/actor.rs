@@ -11,7 +11,7 @@ use crate::closed_loop::TrialConfig;
 use crate::closed_loop::planner::{Knowledge, LEVELS, Terrain};
 use crate::net::{EemSan, EventEncoder};
 use crate::nn::adam::AdamSettings;
-use crate::nn::population::SpikeDraws;
+use crate::nn::population::{SpikeDraws, sum_of_steps};
 use crate::nn::shards::Shards;
 use crate::nn::soft_update::soft_update;
 use crate::nn::{
@@ -22,6 +22,7 @@ use crate::policy::Action;
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
 use crate::train::config::{ActorConfig, Phase, Teacher, TrainConfigError};
+use crate::train::end_to_end::{EndToEnd, Sight, Stretch};
 use crate::train::flight::{Delays, Ends, Flight, INSIGHT, Step};
 use crate::train::replay::{Batch, Replay};
 use crate::train::selection::Selection;
@@ -43,6 +44,8 @@ pub struct ActorTraining {
     encoder: Option<FloatEncoder>,
     /// The encoder again, as it is saved.
     saved_encoder: Option<EventEncoder>,
+    /// The encoder in place of those two, when it learns.
+    learned: Option<EndToEnd>,
     ddpg: Ddpg,
     /// Moving average of the actor, when there is one.
     average: Option<Parameters>,
@@ -74,6 +77,10 @@ pub struct ActorReport {
     pub losses: Losses,
     /// Mean reward per control tick.
     pub reward: f64,
+    /// Mean loss of the actor on what was just seen, when the encoder learns with it.
+    pub seen: Option<f64>,
+    /// Mean spike rate of the encoder's layers there, when it was not left as it is.
+    pub rate: Option<f64>,
 }
 
 /// What a comparison of actors found.
@@ -88,12 +95,16 @@ pub struct Selected {
 impl ActorTraining {
     /// Fresh networks: EEM-SAN's with an encoder, the laser-only control's without.
     ///
-    /// Errors: settings of the flights out of their limits.
+    /// Errors: settings of the flights out of their limits; an encoder should learn, and there is
+    /// none.
     pub fn new(
         config: &ActorConfig,
         encoder: Option<&EventEncoder>,
         threads: usize,
     ) -> Result<Self, TrainConfigError> {
+        if config.end_to_end.is_some() && encoder.is_none() {
+            return Err(TrainConfigError::NoEncoder);
+        }
         let shape = config.shape(encoder.map(|encoder| encoder.readout.bias.len()));
         let first = config.phase(0).0;
         let settings = DdpgSettings {
@@ -120,6 +131,11 @@ impl ActorTraining {
             encoder: encoder.map(FloatEncoder::new),
             saved_encoder: encoder.cloned(),
             average: (config.average > 0.0).then(|| ddpg.actor.online.clone()),
+            learned: config
+                .end_to_end
+                .as_ref()
+                .and(encoder)
+                .map(|encoder| EndToEnd::new(encoder, config.average > 0.0)),
             ddpg,
             replay: Replay::new(width, INSIGHT, config.memory),
             round: 0,
@@ -163,8 +179,11 @@ impl ActorTraining {
         let worlds = self.worlds(&phase);
         let mut flights = self.flights(&worlds, &phase);
         let mut recent: Vec<VecDeque<Step>> = flights.iter().map(|_| VecDeque::new()).collect();
-        let mut sums = Sums::default();
+        let (mut sums, mut stretch) = (Sums::default(), Stretch::default());
         for tick in 0..self.config.flight.ticks_per_round {
+            if self.see(&mut flights, &mut stretch, &phase, &mut sums) {
+                each(Stage::Updated);
+            }
             self.fly(&mut flights, &phase, through, tick);
             for flight in &flights {
                 sums.reward += flight.last.as_ref().map_or(0.0, |step| f64::from(step.reward));
@@ -184,6 +203,47 @@ impl ActorTraining {
         flights.iter().for_each(|flight| ends.add(&flight.ends));
         let ticks = self.config.flight.ticks_per_round * flights.len() as u64;
         self.finish(ends, &sums, ticks)
+    }
+
+    /// Keeps in mind what the actor is about to act on; whether actor and encoder learned from the
+    /// latest of it.
+    fn see(
+        &mut self,
+        flights: &mut [Flight<'_>],
+        stretch: &mut Stretch,
+        phase: &Phase,
+        sums: &mut Sums,
+    ) -> bool {
+        let (Some(settings), Some(learned)) = (&self.config.end_to_end, &mut self.learned) else {
+            return false;
+        };
+        stretch.add(flights);
+        if (stretch.ticks as u64) < settings.stretch_ticks {
+            return false;
+        }
+        let stretch = std::mem::take(stretch);
+        let streams = Streams::new(self.config.seed, 4);
+        let shown = stretch.repeated(settings.draws);
+        let none = vec![0.0; stretch.rows() * settings.draws];
+        let transitions = Transitions {
+            observations: &shown.observations,
+            actions: &shown.planned,
+            rewards: &none,
+            next_observations: &shown.observations,
+            terminal: &none,
+            judged: self.config.insight.then_some([&shown.insights, &shown.insights]),
+        };
+        let guide = Guide { levels: LEVELS, actions: &shown.planned, costs: &shown.costs };
+        let (loss, d_shown) =
+            self.ddpg.update_seeing(&transitions, &guide, &objective(phase), &streams);
+        let d_seen = sum_of_steps(&d_shown, stretch.observations.len());
+        sums.seen.push(loss);
+        if phase.encoder_rate > 0.0 {
+            let step = (phase.encoder_rate, settings.rate_weight);
+            sums.rates.push(learned.update(flights, &stretch, &d_seen, step, self.threads));
+        }
+        self.average();
+        true
     }
 
     /// Puts every step into the memory once as many more are known as rewards are summed over, or
@@ -213,7 +273,8 @@ impl ActorTraining {
             self.updates() as f32,
         ]);
         self.round += 1;
-        ActorReport { ends, losses, reward }
+        let (seen, rate) = (mean(&sums.seen), mean(&sums.rates));
+        ActorReport { ends, losses, reward, seen, rate }
     }
 
     fn worlds(&self, phase: &Phase) -> Vec<(World, Terrain)> {
@@ -224,16 +285,24 @@ impl ActorTraining {
 
     fn flights<'w>(&self, worlds: &'w [(World, Terrain)], phase: &Phase) -> Vec<Flight<'w>> {
         let n = worlds.len() as u64;
-        let flight = |(index, (world, terrain)): (usize, &'w (World, Terrain))| {
+        let sights = self.sights(worlds.len(), phase.encoder_rate > 0.0);
+        let flight = |((index, (world, terrain)), sight): ((usize, &'w (World, Terrain)), _)| {
             let streams = Streams::new(self.config.seed, (2 << 32) + self.round * n + index as u64);
-            let sight = (self.encoder.clone(), self.config.delays());
+            let sight = (sight, self.config.delays());
             let drive = (&self.trial, self.knowledge());
             let distance_m = phase.rooms.distance_m_min;
             let mut flight = Flight::new((world, terrain), drive, distance_m, sight, streams);
             flight.reward_contact = self.config.reward_contact;
             flight
         };
-        worlds.iter().enumerate().map(flight).collect()
+        worlds.iter().enumerate().zip(sights).map(flight).collect()
+    }
+
+    fn sights(&self, n: usize, learning: bool) -> Vec<Option<Sight>> {
+        match &self.learned {
+            Some(learned) => learned.sights(n, learning).into_iter().map(Some).collect(),
+            None => vec![self.encoder.clone().map(Sight::Fixed); n],
+        }
     }
 
     /// What the teacher knows of movers.
@@ -277,12 +346,7 @@ impl ActorTraining {
     fn update(&mut self, phase: &Phase) -> Losses {
         let streams = Streams::new(self.config.seed, 4);
         let batch = self.replay.draw(self.config.batch, &streams, self.ddpg.updates());
-        let objective = Objective {
-            value: phase.value,
-            imitation: phase.imitation,
-            cost: phase.cost,
-            cost_max: phase.cost_max,
-        };
+        let objective = objective(phase);
         let guide = Guide { levels: LEVELS, actions: &batch.planned, costs: &batch.costs };
         let mut transitions = transitions(&batch);
         if self.config.insight {
@@ -290,11 +354,19 @@ impl ActorTraining {
         }
         let losses =
             self.ddpg.update_guided(&transitions, Some(&guide), &objective, phase.critic, &streams);
+        self.average();
+        losses
+    }
+
+    /// Averages move towards what learns, after an update.
+    fn average(&mut self) {
         if let Some(average) = &mut self.average {
             let online = &self.ddpg.actor.online.values;
             soft_update(&mut average.values, online, self.config.average);
         }
-        losses
+        if let Some(learned) = &mut self.learned {
+            learned.follow(self.config.average);
+        }
     }
 
     /// After a round that is due for it: lets the actor, as it would be saved, fly the flights of
@@ -342,6 +414,9 @@ impl ActorTraining {
         if let Some(average) = &self.average {
             state.parameters("average.", average);
         }
+        if let Some(learned) = &self.learned {
+            learned.write(state);
+        }
         if self.selection.is_some() {
             state.count("selections", self.shares.len() as u64);
             state.floats("shares", &[self.shares.len()], &self.shares);
@@ -362,8 +437,11 @@ impl ActorTraining {
         if self.selection.is_some() {
             shares = state.floats("shares", &[state.count("selections")? as usize])?;
         }
+        let mut learned = self.learned.clone();
+        learned.as_mut().map_or(Ok(()), |learned| learned.read(state))?;
         self.ddpg.read(state)?;
         self.replay.read(state)?;
+        self.learned = learned;
         (self.average, self.shares) = (average, shares);
         (self.round, self.ticks) = (round, ticks);
         let row = |row: &[f32]| std::array::from_fn(|index| row[index]);
@@ -376,10 +454,20 @@ impl ActorTraining {
     pub fn weights(&self) -> Vec<u8> {
         let mut state = StateWriter::default();
         state.parameters("actor.", self.average.as_ref().unwrap_or(&self.ddpg.actor.online));
-        if let Some(encoder) = &self.saved_encoder {
+        let learned = self.learned.as_ref().map(EndToEnd::encoder);
+        if let Some(encoder) = learned.as_ref().or(self.saved_encoder.as_ref()) {
             add_encoder(&mut state, encoder);
         }
         state.bytes()
+    }
+}
+
+fn objective(phase: &Phase) -> Objective {
+    Objective {
+        value: phase.value,
+        imitation: phase.imitation,
+        cost: phase.cost,
+        cost_max: phase.cost_max,
     }
 }
 
@@ -401,6 +489,14 @@ struct Sums {
     actor: f64,
     updates: u64,
     reward: f64,
+    /// Losses on what was just seen, when the encoder learns.
+    seen: Vec<f64>,
+    /// The encoder's spike rates.
+    rates: Vec<f64>,
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 impl Sums {

@@ -47,6 +47,12 @@ pub enum TrainConfigError {
         /// What is wrong.
         message: String,
     },
+    /// An encoder should learn with the actor, and there is none.
+    #[error(
+        "end_to_end: no encoder found, one expected to begin with; give --encoder, as \
+         `spikeloop train hsvae` writes it"
+    )]
+    NoEncoder,
     /// A setting of the flights.
     #[error("{file}: {source}")]
     Trial {
@@ -148,11 +154,27 @@ pub struct ActorConfig {
     /// is what is saved to fly. 0: the actor of the last update is saved.
     #[serde(default)]
     pub average: f32,
+    /// Lets the encoder learn through the actor; by default it stays as it is.
+    #[serde(default)]
+    pub end_to_end: Option<EndToEndConfig>,
     /// Flights that choose the best actor; none by default.
     #[serde(default)]
     pub selection: Option<SelectionConfig>,
     /// Phases, one after the other.
     pub phases: Vec<Phase>,
+}
+
+/// An encoder that learns with the actor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EndToEndConfig {
+    /// Control ticks between two steps of the encoder; gradients go back no further.
+    pub stretch_ticks: u64,
+    /// Times that the actor sees each observation of such a step, with draws of its own of the
+    /// population code: the mean gradient is less noisy, and actors are small beside encoders.
+    pub draws: usize,
+    /// Weight of the mean spike rate of the encoder's layers in the objective.
+    pub rate_weight: f32,
 }
 
 /// What the planner that teaches knows of movers; it always knows the static obstacles.
@@ -195,6 +217,9 @@ pub struct Phase {
     pub actor_rate: f32,
     /// Step length of the critics' Adam.
     pub critic_rate: f32,
+    /// Step length of the encoder's Adam, where it learns; 0 by default.
+    #[serde(default)]
+    pub encoder_rate: f32,
 }
 
 impl FlightConfig {
@@ -294,6 +319,17 @@ impl ActorConfig {
         range(file, "action_delay_ticks", config.action_delay_ticks as f64, 0.0, 10.0)?;
         range(file, "readout_delay_frames", config.readout_delay_frames as f64, 0.0, 50.0)?;
         range(file, "average", f64::from(config.average), 0.0, 1.0)?;
+        if let Some(learned) = &config.end_to_end {
+            let (ticks, late) =
+                (learned.stretch_ticks as f64, config.delays() != Delays::default());
+            range(file, "end_to_end.stretch_ticks", ticks, 1.0, 64.0)?;
+            range(file, "end_to_end.draws", learned.draws as f64, 1.0, 64.0)?;
+            range(file, "end_to_end.rate_weight", f64::from(learned.rate_weight), 0.0, 1e3)?;
+            if late {
+                let message = "end_to_end: action_delay_ticks and readout_delay_frames must be 0";
+                return Err(TrainConfigError::Text { file: file.into(), message: message.into() });
+            }
+        }
         if let Some(selection) = &config.selection {
             selection.rooms.check(file)?;
             range(file, "selection.every", selection.every as f64, 1.0, 1e6)?;
@@ -360,7 +396,8 @@ impl Phase {
         range(file, "phases.exploration", self.exploration[0], 0.0, 1.0)?;
         range(file, "phases.exploration", self.exploration[1], 0.0, 1.0)?;
         range(file, "phases.actor_rate", f64::from(self.actor_rate), 0.0, 1.0)?;
-        range(file, "phases.critic_rate", f64::from(self.critic_rate), 0.0, 1.0)
+        range(file, "phases.critic_rate", f64::from(self.critic_rate), 0.0, 1.0)?;
+        range(file, "phases.encoder_rate", f64::from(self.encoder_rate), 0.0, 1.0)
     }
 }
 

@@ -3,7 +3,7 @@ use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
-const ACTORS: [&str; 7] = [
+const ACTORS: [&str; 8] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
@@ -11,6 +11,7 @@ const ACTORS: [&str; 7] = [
     include_str!("configs/fifth.toml"),
     include_str!("configs/plain.toml"),
     STREAMING,
+    include_str!("configs/e2e.toml"),
 ];
 
 fn hsvae_error(from: &str, to: &str) -> String {
@@ -61,6 +62,24 @@ fn bad_numbers_are_refused_with_their_limits() {
         (selection_error("every = 0"), "selection.every is 0, must be 1..=1000000"),
         (selection_error("n_rooms = 0"), "selection.n_rooms is 0, must be 1..=1000"),
         (selection_error("flights_per_room = 0"), "selection.flights_per_room is 0, must be"),
+        (
+            actor_error(
+                "[flight]",
+                "[end_to_end]\nstretch_ticks = 0\ndraws = 1\nrate_weight = 0.5\n[flight]",
+            ),
+            "end_to_end.stretch_ticks is 0, must be 1..=64",
+        ),
+        (
+            actor_error(
+                "[flight]",
+                "[end_to_end]\nstretch_ticks = 1\ndraws = 1\nrate_weight = -1.0\n[flight]",
+            ),
+            "end_to_end.rate_weight is -1, must be 0..=1000",
+        ),
+        (
+            actor_error("actor_rate = ", "encoder_rate = 2.0\nactor_rate = "),
+            "phases.encoder_rate is 2, must be 0..=1",
+        ),
         (actor_error("planner_share = ", "planner_share = -1.0 #"), "planner_share is -1"),
         (actor_error("v_max_m_per_s = ", "v_max_m_per_s = 0.0 #"), "wheel speed (m/s) is 0"),
     ];

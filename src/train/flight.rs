@@ -7,8 +7,8 @@ use crate::closed_loop::{End, Trial, TrialConfig};
 use crate::coding::robot_state;
 use crate::net::eem_san::ROBOT_STATE;
 use crate::policy::{Action, EventFrame};
-use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
+use crate::train::end_to_end::Sight;
 use crate::world::World;
 use crate::world::pairs::{Pair, PairRules, generate_pairs};
 
@@ -135,7 +135,7 @@ pub struct Flight<'w> {
     number: usize,
     trial: Trial<'w>,
     planner: Planner<'w>,
-    encoder: Option<FloatEncoder>,
+    sight: Option<Sight>,
     delays: Delays,
     /// DVS states after the latest frames, oldest first.
     states: VecDeque<Vec<f32>>,
@@ -156,7 +156,7 @@ pub struct Flight<'w> {
 }
 
 impl<'w> Flight<'w> {
-    /// The first flight in `world`. With an encoder the robot has a camera. `knowledge` is the
+    /// The first flight in `world`. With a sight the robot has a camera. `knowledge` is the
     /// planner's.
     ///
     /// Panics when `config` is out of its limits or the room has no room for trials; both are
@@ -165,7 +165,7 @@ impl<'w> Flight<'w> {
         (world, terrain): (&'w World, &'w Terrain),
         (config, knowledge): (&TrialConfig, Knowledge),
         distance_m_min: f64,
-        (encoder, delays): (Option<FloatEncoder>, Delays),
+        (sight, delays): (Option<Sight>, Delays),
         streams: Streams,
     ) -> Self {
         let rules = PairRules { distance_m_min, clearance_m: 0.45 };
@@ -183,7 +183,7 @@ impl<'w> Flight<'w> {
             number: 0,
             trial,
             planner,
-            encoder,
+            sight,
             delays,
             states: VecDeque::new(),
             seen: VecDeque::new(),
@@ -210,6 +210,16 @@ impl<'w> Flight<'w> {
     /// What the planner would do now.
     pub fn planned(&self) -> Action {
         self.planned
+    }
+
+    /// What the critics see now, what the planner would do, and its cost of each action.
+    pub(super) fn taught(&self) -> (&[f32], [f32; 2], &[f32; ACTIONS]) {
+        (&self.insight, floats(self.planned), &self.costs)
+    }
+
+    /// What turns event frames into the DVS state, when there is a camera.
+    pub(super) fn sight(&mut self) -> Option<&mut Sight> {
+        self.sight.as_mut()
     }
 
     /// The flight under way.
@@ -290,8 +300,8 @@ impl<'w> Flight<'w> {
         let goal = self.trial.goal();
         let speed_m_per_s = self.config.wheel_speed_m_per_s_max;
         self.planner = Planner::new(self.terrain, goal, speed_m_per_s, self.knowledge);
-        if let Some(encoder) = &mut self.encoder {
-            encoder.reset();
+        if let Some(sight) = &mut self.sight {
+            sight.reset();
         }
         self.states.clear();
         self.seen.clear();
@@ -302,14 +312,14 @@ impl<'w> Flight<'w> {
         let seen = self.trial.observe();
         let mut observation = robot_state(&seen).to_vec();
         self.insight = self.insight(&observation);
-        if let Some(encoder) = &mut self.encoder {
+        if let Some(sight) = &mut self.sight {
             let late = self.delays.readout_frames;
             for frame in &seen.frames {
                 if self.states.is_empty() {
-                    self.states.push_back(encoder.resting_state());
+                    self.states.push_back(sight.resting_state());
                 }
-                encoder.step(frame);
-                keep(&mut self.states, encoder.state(), late + 1);
+                sight.step(frame);
+                keep(&mut self.states, sight.state(), late + 1);
             }
             observation.extend(self.states.front().expect("the robot has a camera"));
         }

@@ -2,6 +2,7 @@ use super::*;
 use crate::net::{Controller, builtin};
 use crate::policy::{Observation, Policy as _};
 use crate::reference::EemSanPolicy;
+use crate::reference::FloatEncoder;
 use crate::train::rooms::{RoomRules, room};
 
 const TICKS: usize = 6;
@@ -23,8 +24,15 @@ fn a_late_flight_is_as_late_as_a_chip_that_streams() {
     let config = TrialConfig { camera: Some(Default::default()), ..TrialConfig::eem_san(1.0) };
     let encoder = network.encoder.as_ref().map(FloatEncoder::new);
     let drive = (&config, Knowledge::Everything);
-    let start =
-        |delays| Flight::new((&world, &terrain), drive, 5.0, (encoder.clone(), delays), streams);
+    let start = |delays| {
+        Flight::new(
+            (&world, &terrain),
+            drive,
+            5.0,
+            (encoder.clone().map(Sight::Fixed), delays),
+            streams,
+        )
+    };
     let (mut prompt, mut late_flight) = (start(Delays::default()), start(late));
     let mut policy = EemSanPolicy::streaming(&network);
     policy.start_trial(streams);

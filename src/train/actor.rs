@@ -224,16 +224,7 @@ impl ActorTraining {
         let stretch = std::mem::take(stretch);
         let streams = Streams::new(self.config.seed, 4);
         let shown = stretch.repeated(settings.draws);
-        let none = vec![0.0; stretch.rows() * settings.draws];
-        let transitions = Transitions {
-            observations: &shown.observations,
-            actions: &shown.planned,
-            rewards: &none,
-            next_observations: &shown.observations,
-            terminal: &none,
-            judged: self.config.insight.then_some([&shown.insights, &shown.insights]),
-        };
-        let guide = Guide { levels: LEVELS, actions: &shown.planned, costs: &shown.costs };
+        let (transitions, guide) = (shown.transitions(self.config.insight), shown.guide());
         let (loss, d_shown) =
             self.ddpg.update_seeing(&transitions, &guide, &objective(phase), &streams);
         let d_seen = sum_of_steps(&d_shown, stretch.observations.len());

@@ -13,6 +13,7 @@
 
 use std::sync::Arc;
 
+use crate::closed_loop::planner::LEVELS;
 use crate::net::eem_san::ROBOT_STATE;
 use crate::net::{ConvLayer, EventEncoder, Readout};
 use crate::nn::adam::{Adam, AdamSettings};
@@ -21,8 +22,8 @@ use crate::nn::shards;
 use crate::nn::soft_update::soft_update;
 use crate::nn::spiking_encoder::{LaidOut, Tape};
 use crate::nn::{
-    Parameters, Rectangular, SpikingEncoder, SpikingEncoderShape, StateError, StateReader,
-    StateWriter,
+    Guide, Parameters, Rectangular, SpikingEncoder, SpikingEncoderShape, StateError, StateReader,
+    StateWriter, Transitions,
 };
 use crate::policy::{EventFrame, FRAME_COLUMNS};
 use crate::reference::FloatEncoder;
@@ -96,11 +97,13 @@ pub(super) struct Stretch {
     /// [ticks, worlds, observation].
     pub(super) observations: Vec<f32>,
     /// [ticks, worlds, insight].
-    pub(super) insights: Vec<f32>,
+    insights: Vec<f32>,
     /// [ticks, worlds, 2].
-    pub(super) planned: Vec<f32>,
+    planned: Vec<f32>,
     /// [ticks, worlds, actions of the planner].
-    pub(super) costs: Vec<f32>,
+    costs: Vec<f32>,
+    /// [ticks, worlds]: rewards, which nothing is learned from here.
+    nothing: Vec<f32>,
     /// Frame of the world's tape that the DVS state was read after, [ticks, worlds].
     frames: Vec<usize>,
 }
@@ -114,6 +117,7 @@ impl Stretch {
             self.insights.extend(insight);
             self.planned.extend(planned);
             self.costs.extend(costs);
+            self.nothing.push(0.0);
             let sight = flight.sight().and_then(Sight::learning);
             self.frames.push(sight.map_or(0, |sight| sight.tape.newest()));
         }
@@ -133,8 +137,25 @@ impl Stretch {
     }
 
     /// Observations in all.
-    pub(super) fn rows(&self) -> usize {
+    fn rows(&self) -> usize {
         self.frames.len()
+    }
+
+    /// As a batch for the actor alone; with `insight` critics see what they know.
+    pub(super) fn transitions(&self, insight: bool) -> Transitions<'_> {
+        Transitions {
+            observations: &self.observations,
+            actions: &self.planned,
+            rewards: &self.nothing,
+            next_observations: &self.observations,
+            terminal: &self.nothing,
+            judged: insight.then_some([&self.insights, &self.insights]),
+        }
+    }
+
+    /// What the planner says.
+    pub(super) fn guide(&self) -> Guide<'_> {
+        Guide { levels: LEVELS, actions: &self.planned, costs: &self.costs }
     }
 
     /// The same, `times` times behind each other, but for the frames.
@@ -145,6 +166,7 @@ impl Stretch {
             insights: self.insights.repeat(times),
             planned: self.planned.repeat(times),
             costs: self.costs.repeat(times),
+            nothing: self.nothing.repeat(times),
             frames: Vec::new(),
         }
     }

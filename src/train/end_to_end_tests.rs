@@ -80,10 +80,12 @@ fn sight_that_learns_sees_what_the_fixed_one_sees() {
     assert_eq!(fixed.resting_state(), learning.resting_state());
     for number in 0..12 {
         if number == 7 {
-            (fixed.reset(), learning.reset());
+            fixed.reset();
+            learning.reset();
         }
         let frame = EventFrame::random(&mut draw, 400);
-        (fixed.step(&frame), learning.step(&frame));
+        fixed.step(&frame);
+        learning.step(&frame);
         same(&fixed, &learning);
     }
 }

@@ -28,6 +28,29 @@ fn auto_encoder_then_actor_leave_a_network_that_drives() {
 }
 
 #[test]
+fn encoder_that_learns_with_the_actor_is_saved_with_it() {
+    let folder = Folder::new();
+    folder.good("train hsvae --quick --rounds 1 --out h");
+    let [train, train2] = [1, 2].map(|n| format!("train actor --quick --recipe e2e --threads {n}"));
+    let ran = folder.good(&format!("{train} --encoder h/hsvae.safetensors --out whole"));
+    for part in [", on the newest ", ", encoder's spikes ", "wrote whole/eem_san.safetensors"] {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+    folder.good(&format!("{train} --encoder h/hsvae.safetensors --rounds 1 --out steps"));
+    folder.good(&format!("{train2} --encoder h/hsvae.safetensors --out steps"));
+    for file in ["eem_san.safetensors", "checkpoint.safetensors"] {
+        let of = |run: &str| folder.read(&format!("{run}/{file}"));
+        assert_eq!(of("whole"), of("steps"), "{file}");
+    }
+    // Encoder and actor of one file can be trained on.
+    let both = "--encoder whole/eem_san.safetensors --from whole/eem_san.safetensors";
+    folder.good(&format!("{train} {both} --rounds 1 --out more"));
+    let drive = "drive more/eem_san.safetensors --control-hz 20 --arena courtyard --trials 1";
+    folder.good(&format!("{drive} --ticks-max 3"));
+    refused(&folder, &format!("{train} --out none"), &["no encoder found", "give --encoder"]);
+}
+
+#[test]
 fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
     let folder = Folder::new();
     let whole = folder.good(&format!("{ACTOR} --out whole"));

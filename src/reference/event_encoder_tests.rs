@@ -1,15 +1,18 @@
 use super::*;
-use crate::net::eem_san::Readout;
+use crate::net::eem_san::{ConvLayer, Readout};
 use crate::rng::{Draw, Streams, stream};
 
 fn numbers(draw: &mut Draw, n: usize, scale: f64) -> Vec<f32> {
     (0..n).map(|_| (scale * draw.uniform_in(-1.0, 1.0)) as f32).collect()
 }
 
-fn encoder() -> EventEncoder {
+/// Layers of some output channels each.
+fn encoder_of(channels: &[usize]) -> EventEncoder {
     let mut draw = Streams::new(3, 0).at(stream::STIMULUS, 0);
     let mut layers = Vec::new();
-    for (index, (inputs, outputs, side)) in [(1, 3, 128), (3, 2, 64)].into_iter().enumerate() {
+    let inputs = [1].iter().chain(channels);
+    for (index, (inputs, outputs)) in inputs.zip(channels).enumerate() {
+        let (inputs, outputs, side) = (*inputs, *outputs, 128 >> index);
         layers.push(ConvLayer {
             name: format!("encoder.{}", index + 1),
             inputs,
@@ -19,7 +22,7 @@ fn encoder() -> EventEncoder {
             bias: numbers(&mut draw, outputs, 0.1),
         });
     }
-    let neurons = layers[1].neurons();
+    let neurons = layers[layers.len() - 1].neurons();
     EventEncoder {
         layers,
         threshold: 0.5,
@@ -30,6 +33,10 @@ fn encoder() -> EventEncoder {
             bias: numbers(&mut draw, 4, 1.0),
         },
     }
+}
+
+fn encoder() -> EventEncoder {
+    encoder_of(&[3, 2])
 }
 
 /// The convolution as its definition has it, output by output.
@@ -102,4 +109,65 @@ fn reset_brings_back_the_first_state() {
     fresh.step(&frame);
     assert_eq!(used.state(), fresh.state());
     assert_eq!(used.frames(), 6);
+}
+
+/// Every neuron by itself in 32-bit floats: its bias, then its inputs in their order by row, column
+/// and channel.
+fn plain_step(
+    layer: &ConvLayer,
+    encoder: &EventEncoder,
+    input: &[bool],
+    state: &mut [(f32, f32, bool)],
+) -> Vec<bool> {
+    let (side, half) = (layer.side, layer.side / 2);
+    for (neuron, (c, v, s)) in state.iter_mut().enumerate() {
+        let (pixel, output) = (neuron / layer.outputs, neuron % layer.outputs);
+        let mut drive = layer.bias[output];
+        for tap in 0..16 {
+            let (y, x) = (2 * (pixel / half) + tap / 4, 2 * (pixel % half) + tap % 4);
+            if !(1..=side).contains(&y) || !(1..=side).contains(&x) {
+                continue;
+            }
+            let first = ((y - 1) * side + x - 1) * layer.inputs;
+            for channel in (0..layer.inputs).filter(|channel| input[first + channel]) {
+                drive += layer.weights[(output * layer.inputs + channel) * 16 + tap];
+            }
+        }
+        *c = encoder.keep_current as f32 * *c + drive;
+        *v = encoder.keep_voltage as f32 * *v * (1.0 - f32::from(*s)) + *c;
+        *s = *v > encoder.threshold as f32;
+    }
+    state.iter().map(|(_, _, s)| *s).collect()
+}
+
+#[test]
+fn every_bit_is_that_of_plain_loops_for_all_numbers_of_channels() {
+    // One vector of 4, 8 or 16 lanes, several of them, and what is no whole number of them.
+    for channels in [&[16usize, 32, 16, 1][..], &[8, 4], &[64, 24], &[5, 3]] {
+        let encoder = encoder_of(channels);
+        let mut fast = FloatEncoder::new(&encoder);
+        let mut draw = Streams::new(5, 0).at(stream::STIMULUS, 0);
+        let mut states: Vec<Vec<(f32, f32, bool)>> =
+            encoder.layers.iter().map(|layer| vec![(0.0, 0.0, false); layer.neurons()]).collect();
+        let mut spikes = vec![0; channels.len()];
+        for _ in 0..3 {
+            let frame = EventFrame::random(&mut draw, 700);
+            fast.step(&frame);
+            let mut input: Vec<bool> =
+                (0..128 * 128).map(|n| frame.get(n % 128, n / 128)).collect();
+            for ((layer, state), spikes) in encoder.layers.iter().zip(&mut states).zip(&mut spikes)
+            {
+                input = plain_step(layer, &encoder, &input, state);
+                *spikes += input.iter().filter(|spike| **spike).count() as u64;
+            }
+        }
+        assert_eq!(fast.spikes(), spikes);
+        for ((layer, state), outputs) in fast.layers.iter().zip(&states).zip(channels) {
+            let area = state.len() / outputs;
+            for (neuron, voltage) in layer.voltages().iter().enumerate() {
+                let expected = state[neuron % area * outputs + neuron / area].1;
+                assert_eq!(voltage.to_bits(), expected.to_bits(), "{channels:?}: {neuron}");
+            }
+        }
+    }
 }

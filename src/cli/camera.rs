@@ -133,7 +133,7 @@ fn stand(
     let mut activity = Activity::default();
     for _ in 0..args.seconds * 100 {
         let frame = camera.advance(pose);
-        activity.add(&frame, camera.events());
+        activity.add(&frame, &camera.events());
     }
     Ok(activity)
 }
@@ -231,9 +231,10 @@ impl<'a> Drive<'a> {
         let frame = camera.advance(pose);
         self.camera_s += started.elapsed().as_secs_f64();
         self.n_frames += 1;
-        self.activity.add(&frame, camera.events());
+        let events = camera.events();
+        self.activity.add(&frame, &events);
         if self.args.events.is_some() {
-            self.stream.push_step(camera.events());
+            self.stream.push_step(&events);
         }
         if let Some(watcher) = &mut self.watcher {
             watcher.look(&frame);
@@ -241,7 +242,7 @@ impl<'a> Drive<'a> {
         let Some(folder) = &self.args.frames else { return };
         self.panels.push(Panel::of_frame(&frame));
         if self.panels.len() == FRAMES_PER_TICK {
-            let view = Panel::of_shades(camera.picture()).with_events(camera.events());
+            let view = Panel::of_shades(camera.picture()).with_events(&events);
             self.panels.insert(0, view);
             self.panels.extend(self.watcher.as_ref().map(Watcher::reconstruction));
             let written = write_picture(folder, self.n_written, &self.panels);

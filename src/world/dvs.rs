@@ -12,6 +12,7 @@
 
 mod config;
 mod frame;
+mod light;
 mod noise;
 pub mod picture;
 mod pixels;
@@ -63,6 +64,7 @@ pub struct EventCamera<'w> {
     noise: Noise,
     pose: Pose,
     steps: u64,
+    /// Of the last step, in no order.
     events: Vec<Event>,
     subframes_max: usize,
     n_pictures: u64,
@@ -109,7 +111,6 @@ impl<'w> EventCamera<'w> {
             self.pixels.look(shades, interval, &mut self.events);
         }
         self.noise.disturb(&mut self.pixels, self.view.shades(), self.steps, &mut self.events);
-        self.events.sort_unstable();
         self.n_pictures += n as u64;
         self.steps += 1;
         self.pose = *pose;
@@ -117,8 +118,10 @@ impl<'w> EventCamera<'w> {
     }
 
     /// Events of the last step, by time, then row, then column.
-    pub fn events(&self) -> &[Event] {
-        &self.events
+    pub fn events(&self) -> Vec<Event> {
+        let mut events = self.events.clone();
+        events.sort_unstable();
+        events
     }
 
     /// Physics steps done.

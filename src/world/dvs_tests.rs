@@ -20,7 +20,7 @@ fn film(
         .iter()
         .map(|pose| {
             let frame = camera.advance(pose);
-            events.extend_from_slice(camera.events());
+            events.extend(camera.events());
             frame
         })
         .collect();
@@ -132,7 +132,7 @@ fn frames_are_the_events_of_their_step() {
         let events = camera.events();
         assert!(events.iter().all(|e| e.t_us > start_us && e.t_us <= step * STEP_US));
         assert!(events.windows(2).all(|pair| pair[0] <= pair[1]));
-        stream.push_step(events);
+        stream.push_step(&events);
         frames.push(frame);
     }
     let read = EventStream::from_npz("e.npz", stream.to_npz("e.npz").unwrap()).unwrap();
@@ -203,7 +203,7 @@ fn statistics_are_those_of_real_sensors() {
         let mut activity = Activity::default();
         for pose in &poses[1..] {
             let frame = camera.advance(pose);
-            activity.add(&frame, camera.events());
+            activity.add(&frame, &camera.events());
         }
         activity.summary().unwrap()
     };

@@ -6,22 +6,16 @@
 //! is a threshold away from it, an event is made and the memory moves by that threshold. Between
 //! two pictures the filtered value is taken to change linearly.
 
+use pulp::{Arch, NullaryFnOnce};
+
 use super::config::{PixelConfig, THRESHOLD_MIN};
 use super::frame::Event;
-use super::texture::{SHADES, ln_intensity};
-use super::{COLUMNS, PIXELS, STEP_S, SUBFRAMES_MAX};
+use super::light::{Light, ln_of_shade};
+use super::{COLUMNS, PIXELS, STEP_S};
 use crate::rng::{Streams, stream};
 
-/// v2e's brightness scale of the cut-off: `(I + 20) / 275`, 1 for a white 8-bit pixel.
-const CUTOFF_OFFSET: f64 = 20.0;
-const CUTOFF_SCALE: f64 = 275.0;
-
-/// Light of a shade as the circuit sees it, for one number of pictures per step.
-#[derive(Debug, Clone)]
-struct Response {
-    /// Share of the way to the new value that the low-pass goes from picture to picture.
-    share: Vec<f32>,
-}
+/// Pixels that are looked at together.
+const BLOCK: usize = 64;
 
 /// All pixels of one sensor in one trial.
 #[derive(Debug, Clone)]
@@ -31,8 +25,7 @@ pub(super) struct Pixels {
     threshold_on: Vec<f32>,
     threshold_off: Vec<f32>,
     ready_us: Vec<u64>,
-    ln: Vec<f32>,
-    responses: Vec<Response>,
+    light: Light,
     leak_per_s: f64,
     refractory_us: u64,
 }
@@ -59,8 +52,7 @@ impl Pixels {
         };
         let threshold_on: Vec<f32> = (0..PIXELS).map(|_| threshold()).collect();
         let threshold_off: Vec<f32> = (0..PIXELS).map(|_| threshold()).collect();
-        let ln: Vec<f32> = (0..SHADES).map(|shade| ln_of_shade(shade as u8)).collect();
-        let value: Vec<f32> = shades.iter().map(|shade| ln[usize::from(*shade)]).collect();
+        let value: Vec<f32> = shades.iter().map(|shade| ln_of_shade(*shade)).collect();
         let mut leaked = streams.at(stream::DVS_START, 0);
         let below = |(value, on): (&f32, &f32)| value - on * leaked.uniform() as f32;
         let leaks = config.leak_hz > 0.0;
@@ -74,8 +66,7 @@ impl Pixels {
             threshold_on,
             threshold_off,
             ready_us: vec![0; PIXELS],
-            ln,
-            responses: (1..=SUBFRAMES_MAX).map(|n| Response::new(config.cutoff_hz, n)).collect(),
+            light: Light::new(config.cutoff_hz),
             leak_per_s: config.leak_hz,
             refractory_us: config.refractory_us,
         }
@@ -83,52 +74,10 @@ impl Pixels {
 
     /// Looks at the next picture and appends the events since the last one, pixel by pixel.
     pub(super) fn look(&mut self, shades: &[u8], interval: Interval, events: &mut Vec<Event>) {
+        self.light.show(shades, interval.per_step);
         let leak_share = (self.leak_per_s * STEP_S / interval.per_step as f64) as f32;
-        let response_idx = interval.per_step - 1;
-        for (pixel, shade) in shades.iter().enumerate() {
-            let shade = usize::from(*shade);
-            let before = self.value[pixel];
-            let value =
-                before + self.responses[response_idx].share[shade] * (self.ln[shade] - before);
-            let memory = self.memory[pixel];
-            let leaked = memory - leak_share * self.threshold_on[pixel];
-            self.value[pixel] = value;
-            self.memory[pixel] = leaked;
-            let change = value - leaked;
-            let on = change >= self.threshold_on[pixel];
-            if on || change <= -self.threshold_off[pixel] {
-                let threshold =
-                    if on { self.threshold_on[pixel] } else { -self.threshold_off[pixel] };
-                let ramp = Ramp { from: before - memory, to: change, threshold };
-                self.fire(pixel, on, ramp, interval, events);
-            }
-        }
-    }
-
-    /// Makes the events of one pixel in one interval.
-    fn fire(
-        &mut self,
-        pixel: usize,
-        on: bool,
-        ramp: Ramp,
-        interval: Interval,
-        events: &mut Vec<Event>,
-    ) {
-        let n = ramp.n_crossings();
-        for crossing in 1..=n {
-            let t_us = interval.start_us + ramp.crossing_us(crossing, interval.length_us);
-            self.emit(pixel, t_us, on, events);
-        }
-        self.memory[pixel] += n as f32 * ramp.threshold;
-    }
-
-    /// An event unless the pixel rests; the memory moves all the same.
-    fn emit(&mut self, pixel: usize, t_us: u64, on: bool, events: &mut Vec<Event>) {
-        if t_us >= self.ready_us[pixel] {
-            self.ready_us[pixel] = t_us + self.refractory_us;
-            let (x, y) = ((pixel % COLUMNS) as u8, (pixel / COLUMNS) as u8);
-            events.push(Event { t_us, y, x, on });
-        }
+        // Compiled for several instruction sets, the machine's is taken.
+        Arch::new().dispatch(Look { pixels: self, leak_share, interval, events });
     }
 
     /// A noise event: as a real one, and the memory is set to the present value.
@@ -136,6 +85,90 @@ impl Pixels {
         self.emit(pixel, t_us, on, events);
         self.memory[pixel] = self.value[pixel];
     }
+
+    /// An event unless the pixel rests; the memory moves all the same.
+    #[inline(always)]
+    fn emit(&mut self, pixel: usize, t_us: u64, on: bool, events: &mut Vec<Event>) {
+        if t_us >= self.ready_us[pixel] {
+            self.ready_us[pixel] = t_us + self.refractory_us;
+            let (x, y) = ((pixel % COLUMNS) as u8, (pixel / COLUMNS) as u8);
+            events.push(Event { t_us, y, x, on });
+        }
+    }
+}
+
+/// One look of all pixels.
+struct Look<'a> {
+    pixels: &'a mut Pixels,
+    leak_share: f32,
+    interval: Interval,
+    events: &'a mut Vec<Event>,
+}
+
+impl NullaryFnOnce for Look<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        for first in (0..PIXELS).step_by(BLOCK) {
+            self.block(first);
+        }
+    }
+}
+
+impl Look<'_> {
+    /// Moves the pixels of a block on and lets those fire that are a threshold away.
+    #[inline(always)]
+    fn block(&mut self, first: usize) {
+        let pixels = &mut *self.pixels;
+        let value = block_mut(&mut pixels.value, first);
+        let memory = block_mut(&mut pixels.memory, first);
+        let (ln, share) = (block(&pixels.light.ln, first), block(&pixels.light.share, first));
+        let (on, off) = (block(&pixels.threshold_on, first), block(&pixels.threshold_off, first));
+        let (before, remembered) = (*value, *memory);
+        let mut fires = [0u8; BLOCK];
+        for i in 0..BLOCK {
+            value[i] = before[i] + share[i] * (ln[i] - before[i]);
+            memory[i] = remembered[i] - self.leak_share * on[i];
+            let change = value[i] - memory[i];
+            fires[i] = u8::from(change >= on[i]) | u8::from(change <= -off[i]);
+        }
+        for (index, flags) in fires.as_chunks::<8>().0.iter().enumerate() {
+            let mut left = u64::from_le_bytes(*flags);
+            while left != 0 {
+                let i = 8 * index + left.trailing_zeros() as usize / 8;
+                left &= left - 1;
+                self.fire(first + i, before[i] - remembered[i]);
+            }
+        }
+    }
+
+    /// Makes the events of one pixel, which was `from` away from its memory before.
+    #[inline(always)]
+    fn fire(&mut self, pixel: usize, from: f32) {
+        let pixels = &mut *self.pixels;
+        let to = pixels.value[pixel] - pixels.memory[pixel];
+        let on = to >= pixels.threshold_on[pixel];
+        let threshold = if on { pixels.threshold_on[pixel] } else { -pixels.threshold_off[pixel] };
+        let ramp = Ramp { from, to, threshold };
+        let n = ramp.n_crossings();
+        for crossing in 1..=n {
+            let t_us = self.interval.start_us + ramp.crossing_us(crossing, self.interval.length_us);
+            pixels.emit(pixel, t_us, on, self.events);
+        }
+        pixels.memory[pixel] += n as f32 * threshold;
+    }
+}
+
+/// Numbers of the block that begins with pixel `first`.
+#[inline(always)]
+fn block(all: &[f32], first: usize) -> &[f32; BLOCK] {
+    all[first..].first_chunk().expect("the pixels are whole blocks")
+}
+
+#[inline(always)]
+fn block_mut(all: &mut [f32], first: usize) -> &mut [f32; BLOCK] {
+    all[first..].first_chunk_mut().expect("the pixels are whole blocks")
 }
 
 /// How far a pixel is from its memory at both ends of an interval, and the threshold with its sign.
@@ -147,33 +180,18 @@ struct Ramp {
 }
 
 impl Ramp {
+    #[inline(always)]
     fn n_crossings(&self) -> u32 {
         (self.to / self.threshold) as u32
     }
 
     /// Time of a crossing after the beginning, in whole microseconds `1..=length_us`.
+    #[inline(always)]
     fn crossing_us(&self, crossing: u32, length_us: u64) -> u64 {
         let share = (crossing as f32 * self.threshold - self.from) / (self.to - self.from);
         let t_us = (f64::from(share) * length_us as f64).ceil();
         t_us.clamp(1.0, length_us as f64) as u64
     }
-}
-
-impl Response {
-    fn new(cutoff_hz: f64, per_step: usize) -> Self {
-        let interval_s = STEP_S / per_step as f64;
-        let share = |shade: usize| {
-            let light = (libm::exp(ln_intensity(shade as u8)) + CUTOFF_OFFSET) / CUTOFF_SCALE;
-            let turns = core::f64::consts::TAU * cutoff_hz * light * interval_s;
-            (1.0 - libm::exp(-turns)) as f32
-        };
-        Self { share: (0..SHADES).map(share).collect() }
-    }
-}
-
-/// `ln(I + 1)` of a shade.
-fn ln_of_shade(shade: u8) -> f32 {
-    libm::log(libm::exp(ln_intensity(shade)) + 1.0) as f32
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
 use super::*;
+use crate::world::dvs::texture::ln_intensity;
 
 const STEP: Interval = Interval { start_us: 0, length_us: 10_000, per_step: 1 };
 
@@ -110,13 +111,4 @@ fn leaks_make_on_events_at_their_rate() {
     assert!(events.iter().all(|event| event.on));
     let per_pixel = events.len() as f64 / PIXELS as f64;
     assert!((per_pixel - 1.0).abs() < 0.01, "{per_pixel}");
-}
-
-#[test]
-fn the_dark_is_slower_than_the_light() {
-    let response = Response::new(300.0, 1);
-    assert!(response.share[0] < 0.8 && response.share[255] > 0.999);
-    let finer = Response::new(300.0, 4);
-    let four_times = 1.0 - (1.0 - finer.share[0]).powi(4);
-    assert!((four_times - response.share[0]).abs() < 1e-5);
 }

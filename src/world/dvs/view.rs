@@ -10,7 +10,7 @@ mod floor;
 mod projection;
 mod surface;
 
-use super::{COLUMNS, CameraConfig, PIXELS, ROWS};
+use super::{COLUMNS, CameraConfig, PIXELS};
 use crate::world::World;
 use crate::world::geometry::Pose;
 use background::Background;
@@ -67,10 +67,10 @@ impl<'w> View<'w> {
         for pillar in self.pillars.iter().chain(&self.movers) {
             pillar.cast(&at, &self.projection, &mut self.columns);
         }
-        let mut floor_from = [ROWS; COLUMNS];
+        let mut floor_from = [0; COLUMNS];
         for (x, column) in self.columns.iter_mut().enumerate() {
             let rows = draw_column(column, &self.projection, x, &mut self.shades);
-            floor_from[x] = rows.end;
+            floor_from[x] = rows.end as u8;
             self.background.draw(&at, x, rows.start, &mut self.shades);
         }
         self.floor.draw(&at, &floor_from, &mut self.shades);

@@ -79,14 +79,40 @@ fn draw_hit(hit: &Hit, projection: &Projection, x: usize, rows: Range<usize>, sh
     let Patch { width_m, height_m } = hit.patch;
     let kept = kept_contrast(width_m, hit.footprint_m).min(kept_contrast(height_m, pixel_m));
     let along = hit.along_m / width_m;
-    let (mut patch_row, mut shade) = (i64::MIN, 0);
-    for y in rows {
-        let z_m = projection.height_m() + hit.depth_m * projection.rise(y);
-        let row = floor(z_m / height_m);
-        if row != patch_row {
-            patch_row = row;
-            shade = hit.paint.brick(along, row, kept);
-        }
-        shades[y * COLUMNS + x] = shade;
+    let patches_up =
+        |y: usize| (projection.height_m() + hit.depth_m * projection.rise(y)) / height_m;
+    let mut y = rows.start;
+    while y < rows.end {
+        let row = floor(patches_up(y));
+        // Patches count upwards, so they fall from row to row of the picture.
+        let foot_m = row as f64 * height_m - projection.height_m();
+        let near = projection.row_below(foot_m / hit.depth_m);
+        let end = first_from(near, y + 1..rows.end, |y| patches_up(y) < row as f64);
+        fill(shades, x, y..end, hit.paint.brick(along, row, kept));
+        y = end;
     }
 }
+
+/// Gives rows of column `x` a shade.
+pub(super) fn fill(shades: &mut [u8], x: usize, rows: Range<usize>, shade: u8) {
+    for row in &mut shades.as_chunks_mut::<COLUMNS>().0[rows] {
+        row[x] = shade;
+    }
+}
+
+/// The first of `range` for which `is` holds, else its end; it must hold for all after the first.
+/// Fast when `near` is close to it.
+pub(super) fn first_from(near: usize, range: Range<usize>, is: impl Fn(usize) -> bool) -> usize {
+    let mut first = near.clamp(range.start, range.end);
+    while first > range.start && is(first - 1) {
+        first -= 1;
+    }
+    while first < range.end && !is(first) {
+        first += 1;
+    }
+    first
+}
+
+#[cfg(test)]
+#[path = "column_tests.rs"]
+mod tests;

@@ -1,5 +1,6 @@
 //! The floor: square tiles in world coordinates.
 
+use super::column::first_from;
 use super::projection::{Projection, Standpoint};
 use crate::world::dvs::texture::{Paint, floor, kept_contrast};
 use crate::world::dvs::{COLUMNS, ROWS};
@@ -43,23 +44,62 @@ impl Floor {
     }
 
     /// Draws the rows of every column from `from` down.
-    pub(super) fn draw(&self, at: &Standpoint, from: &[usize; COLUMNS], shades: &mut [u8]) {
-        for (below, row) in self.rows.iter().enumerate() {
-            let y = ROWS / 2 + below;
-            let first = at.ahead + at.right * self.slope_first;
-            let tile = (at.position.coords + first * row.depth_m) / TILE_M;
-            let step = at.right * (row.depth_m * self.slope_step / TILE_M);
-            let (mut last, mut shade) = ((i64::MIN, i64::MIN), 0);
-            for (x, from) in from.iter().enumerate().filter(|(_, from)| **from <= y) {
-                debug_assert!(*from >= ROWS / 2, "column {x} has floor above the horizon");
-                let here = tile + step * x as f64;
-                let tile = (floor(here.x), floor(here.y));
-                if tile != last {
-                    last = tile;
-                    shade = self.paint.shade(tile.0, tile.1, row.kept);
-                }
-                shades[y * COLUMNS + x] = shade;
+    pub(super) fn draw(&self, at: &Standpoint, from: &[u8; COLUMNS], shades: &mut [u8]) {
+        let top = from.iter().fold(u8::MAX, |top, from| top.min(*from));
+        debug_assert!(usize::from(top) >= ROWS / 2, "floor above the horizon");
+        let picture = shades.as_chunks_mut::<COLUMNS>().0.iter_mut().enumerate();
+        let rows = picture.skip(ROWS / 2).zip(&self.rows).skip(usize::from(top) - ROWS / 2);
+        for ((y, pixels), row) in rows {
+            let (y, tiles) = (y as u8, self.tiles(at, row));
+            for x in 0..COLUMNS {
+                pixels[x] = if from[x] <= y { tiles[x] } else { pixels[x] };
             }
         }
+    }
+
+    /// Shades of a whole row, tile by tile.
+    fn tiles(&self, at: &Standpoint, row: &Row) -> [u8; COLUMNS] {
+        let first = at.ahead + at.right * self.slope_first;
+        let tile = (at.position.coords + first * row.depth_m) / TILE_M;
+        let step = at.right * (row.depth_m * self.slope_step / TILE_M);
+        let [mut along_x, mut along_y] = [Steps::new(tile.x, step.x), Steps::new(tile.y, step.y)];
+        let mut shades = [0; COLUMNS];
+        let mut x = 0;
+        while x < COLUMNS {
+            let end = along_x.end(x).min(along_y.end(x));
+            shades[x..end].fill(self.paint.shade(along_x.tile, along_y.tile, row.kept));
+            x = end;
+        }
+        shades
+    }
+}
+
+/// One coordinate of the floor along a row, in tiles: `first + step * x` at column `x`.
+#[derive(Debug, Clone, Copy)]
+struct Steps {
+    first: f64,
+    step: f64,
+    columns_per_tile: f64,
+    tile: i64,
+    end: usize,
+}
+
+impl Steps {
+    fn new(first: f64, step: f64) -> Self {
+        Self { first, step, columns_per_tile: 1.0 / step, tile: 0, end: 0 }
+    }
+
+    /// Where the tile of column `x` ends; columns must be asked for from left to right.
+    fn end(&mut self, x: usize) -> usize {
+        if x >= self.end {
+            let at = |x: usize| self.first + self.step * x as f64;
+            self.tile = floor(at(x));
+            let (tile, rises) = (self.tile as f64, self.step > 0.0);
+            let edge = if rises { tile + 1.0 } else { tile };
+            let near = ((edge - self.first) * self.columns_per_tile) as usize;
+            let left = |x: usize| if rises { at(x) >= edge } else { at(x) < edge };
+            self.end = first_from(near, x + 1..COLUMNS, left);
+        }
+        self.end
     }
 }

@@ -17,6 +17,7 @@ pub(super) struct Projection {
     focal_px: f64,
     height_m: f64,
     slopes: Vec<f64>,
+    rises: Vec<f64>,
 }
 
 impl Projection {
@@ -25,7 +26,13 @@ impl Projection {
         let half_width = COLUMNS as f64 / 2.0;
         let focal_px = half_width * libm::cos(half_rad) / libm::sin(half_rad);
         let slope = |x: usize| (x as f64 + 0.5 - half_width) / focal_px;
-        Self { focal_px, height_m: config.height_m, slopes: (0..COLUMNS).map(slope).collect() }
+        let rise = |y: usize| (HORIZON - 0.5 - y as f64) / focal_px;
+        Self {
+            focal_px,
+            height_m: config.height_m,
+            slopes: (0..COLUMNS).map(slope).collect(),
+            rises: (0..ROWS).map(rise).collect(),
+        }
     }
 
     /// Pixels per unit of slope.
@@ -45,7 +52,13 @@ impl Projection {
 
     /// Metres above the lens per metre of depth at the middle of row `y`.
     pub(super) fn rise(&self, y: usize) -> f64 {
-        (HORIZON - 0.5 - y as f64) / self.focal_px
+        self.rises[y]
+    }
+
+    /// First row whose middle is below `rise` metres above the lens per metre of depth, give or take
+    /// one: where a search begins.
+    pub(super) fn row_below(&self, rise: f64) -> usize {
+        (HORIZON + 0.5 - self.focal_px * rise) as usize
     }
 
     /// First column whose middle is at or right of `right_m` at depth `depth_m`.

@@ -32,6 +32,7 @@ fn ddpg(c: &mut Criterion) {
         next_observations: &next,
         terminal: &[0.0; BATCH],
         judged: None,
+        history: None,
     };
     let streams = Streams::new(1, 0);
     let mut group = c.benchmark_group("nn/ddpg_update/batch_256");

@@ -1,5 +1,6 @@
 //! What a network is, before it meets a chip: layers, decays, thresholds, encoder, decoder.
 
+pub mod bdett;
 pub mod builtin;
 pub mod controller;
 pub mod conv2d;
@@ -11,8 +12,9 @@ pub mod integer;
 pub mod network;
 mod tensors;
 
+pub use bdett::Bdett;
 pub use controller::Controller;
-pub use eem_san::{ConvLayer, EemSan, EventEncoder, PopulationBranch, Readout};
+pub use eem_san::{Branch, ConvLayer, EemSan, EventEncoder, PopulationCode, Readout, StateCode};
 pub use encoder::RateEncoder;
 pub use error::NetError;
 pub use network::{Layer, Network};

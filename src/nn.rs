@@ -16,6 +16,7 @@
 pub mod activation;
 pub mod actor;
 pub mod adam;
+pub mod bdett;
 pub mod conv;
 pub mod critic;
 pub mod ddpg;
@@ -26,6 +27,7 @@ pub mod lif;
 pub mod linear;
 pub mod parameters;
 pub mod population;
+pub mod rate;
 pub mod shards;
 pub mod soft_update;
 pub mod spike;
@@ -33,12 +35,14 @@ pub mod spiking_encoder;
 pub mod state;
 pub mod threshold;
 pub mod vae;
+pub mod variant;
 
 #[cfg(test)]
 mod gradient_check;
 
-pub use actor::{Actor, ActorShape};
+pub use actor::{Actor, ActorShape, ActorState, History};
 pub use adam::{Adam, AdamSettings};
+pub use bdett::Bdett;
 pub use critic::{Critic, CriticShape};
 pub use ddpg::{Ddpg, DdpgSettings, Guide, Losses, Objective, Transitions};
 pub use hsvae::{Hsvae, HsvaeShape};
@@ -46,3 +50,4 @@ pub use parameters::{Layout, Parameters, Slot};
 pub use spike::{Rectangular, Smooth, Spike};
 pub use spiking_encoder::{SpikingEncoder, SpikingEncoderShape};
 pub use state::{StateError, StateReader, StateWriter};
+pub use variant::{Form, Variant};

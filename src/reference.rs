@@ -5,6 +5,7 @@
 //! ```
 //! The first step is measured (`spikeloop agreement`), the others are exact and tested.
 
+mod bdett;
 pub mod counted;
 pub mod eem_san;
 pub mod event_encoder;

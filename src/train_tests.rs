@@ -1,11 +1,13 @@
 use super::*;
-use crate::nn::StateReader;
+use crate::nn::variant::{Thresholds, VARIANTS};
+use crate::nn::{Form, StateReader};
 use crate::train::config::Teacher;
 use crate::train::rooms::RoomRules;
 use crate::train::selection::SelectionConfig;
 
 const HSVAE: &str = include_str!("train/configs/hsvae.toml");
 const THIRD: &str = include_str!("train/configs/third.toml");
+const COMPARE: &str = include_str!("train/configs/compare.toml");
 
 fn saved(write: impl FnOnce(&mut StateWriter)) -> Vec<u8> {
     let mut state = StateWriter::default();
@@ -36,7 +38,10 @@ fn whole(config: &ActorConfig) -> ActorTraining {
 #[test]
 fn actor_goes_on_from_a_checkpoint_byte_for_byte() {
     let plain = ActorConfig::from_toml("f", THIRD).unwrap().quick();
-    for config in [plain, averaged(0.01)] {
+    // Flights that end within a round, so that states begin again.
+    let mut bdett = compared("bdett");
+    bdett.flight.ticks_max = 4;
+    for config in [plain, averaged(0.01), bdett] {
         goes_on_byte_for_byte(&config);
     }
 }
@@ -135,6 +140,53 @@ fn exported_actor_and_encoder_are_a_network() {
     let network = crate::net::EemSan::from_bytes("n", "w", &training.weights()).unwrap();
     assert_eq!(network.encoder.as_ref(), Some(&encoder));
     assert_eq!(network.decision.len(), 4);
+}
+
+/// A network of the table with the recipe for comparing them, for a few seconds.
+fn compared(variant: &str) -> ActorConfig {
+    let mut config = ActorConfig::from_toml("f", COMPARE).unwrap();
+    config.network.variant = Some(variant.to_owned());
+    config.quick()
+}
+
+#[test]
+fn every_network_of_the_table_trains_and_what_it_saves_is_that_network() {
+    let config = HsvaeConfig::from_toml("f", HSVAE).unwrap().quick();
+    let weights = HsvaeTraining::new(&config, 1).unwrap().weights();
+    let encoder = crate::net::EemSan::encoder_from_bytes("w", &weights).unwrap();
+    for variant in VARIANTS {
+        let mut config = compared(variant.name);
+        config.network.threshold = 0.25;
+        let encoder = variant.events.then_some(&encoder);
+        let mut training = ActorTraining::new(&config, encoder, 2).unwrap();
+        let fresh = training.weights();
+        if !variant.events {
+            training.run_round(|_| {});
+            assert!(training.updates() > 0);
+            assert_ne!(training.weights(), fresh, "{}", variant.name);
+        }
+        let weights = training.weights();
+        let reader = StateReader::new("w", &weights).unwrap();
+        assert_eq!(Form::of(&reader, "actor."), Some(variant.form), "{}", variant.name);
+        let network = crate::net::EemSan::from_bytes("n", "w", &weights).unwrap();
+        assert_eq!(network.encoder.as_ref(), encoder);
+        assert_eq!(network.dynamic.is_some(), variant.name == "bdett");
+        if variant.form.thresholds != Thresholds::Learned {
+            assert!(network.dense_layers().all(|layer| layer.threshold == 0.25));
+        }
+    }
+}
+
+#[test]
+fn history_and_the_state_of_flights_change_what_bdett_learns() {
+    let learned = |ticks: usize| {
+        let mut config = compared("bdett");
+        config.network.history_ticks = ticks;
+        let mut training = ActorTraining::new(&config, None, 1).unwrap();
+        training.run_round(|_| {});
+        training.weights()
+    };
+    assert_ne!(learned(0), learned(3));
 }
 
 #[test]

@@ -182,9 +182,9 @@ fn eem_san(criterion: &mut Criterion) {
     let network = shipped_eem_san();
     let mut draw = Streams::new(4, 0).at(stream::STIMULUS, 0);
     let frames: Vec<EventFrame> = (0..5).map(|_| EventFrame::random(&mut draw, 300)).collect();
-    let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
-    let codes: Vec<InputSpikes> = branches
-        .map(|branch| population_spikes(&vec![0.2; branch.layer.inputs], 5, &mut draw))
+    let codes: Vec<InputSpikes> = network
+        .branches()
+        .map(|branch| population_spikes(&vec![0.2; branch.code.lines()], 5, &mut draw))
         .collect();
     let mut on_chip = eem_san_on_chip(&network);
     let mut group = criterion.benchmark_group("encoder/eem_san");

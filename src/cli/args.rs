@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
 use spikeloop::evaluate::CONDITIONS;
+use spikeloop::nn::variant::VARIANTS;
 use spikeloop::study::AXES;
 use spikeloop::world::arena::EVALUATION_PAIRS;
 use spikeloop::world::pairs::PAIRS_MAX;
@@ -122,14 +123,19 @@ pub(super) enum RecipeArg {
     E2e,
     /// The paper's: DDPG, one world, no planner
     Plain,
+    /// One stage from fresh weights, the same for every network
+    Compare,
 }
 
 #[derive(Debug, Subcommand)]
 pub(super) enum TrainVerb {
     /// The auto-encoder of event frames (HSVAE)
     Hsvae {},
-    /// The actor: with an encoder EEM-SAN's, without one the laser-only control
+    /// The actor, by default with an encoder EEM-SAN's, without one the laser-only control
     Actor {
+        /// Network; `naive`, `fixed` and `eem-san` take events and need --encoder
+        #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(VARIANTS.map(|v| v.name)))]
+        variant: Option<String>,
         /// Weights of the auto-encoder, as `train hsvae` writes them, or of an EEM-SAN for its encoder
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,

@@ -57,8 +57,9 @@ impl<'a> Counting<'a> {
         let network = network(args)?;
         let missing = || {
             format!(
-                "{}: laser-only, without an encoder of event frames; Table 5 is about networks \
-                 with one: train it with `spikeloop train actor --encoder FILE`",
+                "{}: not an EEM-SAN with an encoder of event frames, population codes and a middle \
+                 fuse module, which Table 5 and its artificial counterparts are about; train one \
+                 with `spikeloop train actor --encoder FILE`",
                 args.network
             )
         };

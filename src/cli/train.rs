@@ -24,6 +24,7 @@ const FOURTH_CONFIG: &str = include_str!("../train/configs/fourth.toml");
 const FIFTH_CONFIG: &str = include_str!("../train/configs/fifth.toml");
 const STREAMING_CONFIG: &str = include_str!("../train/configs/streaming.toml");
 const E2E_CONFIG: &str = include_str!("../train/configs/e2e.toml");
+const COMPARE_CONFIG: &str = include_str!("../train/configs/compare.toml");
 const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 
 /// Weights of the actor that did best in the flights of the selection.
@@ -35,8 +36,9 @@ const MEASURE_TICKS: u64 = 60;
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     match &args.what {
         TrainVerb::Hsvae {} => hsvae(args),
-        TrainVerb::Actor { encoder, recipe, from } => {
-            actor(args, *recipe, encoder.as_deref(), from.as_deref())
+        TrainVerb::Actor { variant, encoder, recipe, from } => {
+            let files = [encoder.as_deref(), from.as_deref()];
+            actor(args, *recipe, variant.as_deref(), files)
         }
     }
 }
@@ -177,13 +179,9 @@ fn read_encoder(path: &Path) -> Result<(Vec<u8>, EventEncoder), Failure> {
     Ok((bytes, encoder))
 }
 
-fn actor(
-    args: &TrainArgs,
-    recipe: RecipeArg,
-    encoder: Option<&Path>,
-    from: Option<&Path>,
-) -> Result<Verdict, Failure> {
-    let (built_in, name) = match recipe {
+/// Text and name of a built-in configuration.
+fn built_in(recipe: RecipeArg) -> (&'static str, &'static str) {
+    match recipe {
         RecipeArg::First => (FIRST_CONFIG, "first.toml"),
         RecipeArg::Second => (SECOND_CONFIG, "second.toml"),
         RecipeArg::Third => (THIRD_CONFIG, "third.toml"),
@@ -191,10 +189,23 @@ fn actor(
         RecipeArg::Fifth => (FIFTH_CONFIG, "fifth.toml"),
         RecipeArg::Streaming => (STREAMING_CONFIG, "streaming.toml"),
         RecipeArg::E2e => (E2E_CONFIG, "e2e.toml"),
+        RecipeArg::Compare => (COMPARE_CONFIG, "compare.toml"),
         RecipeArg::Plain => (PLAIN_CONFIG, "plain.toml"),
-    };
+    }
+}
+
+fn actor(
+    args: &TrainArgs,
+    recipe: RecipeArg,
+    variant: Option<&str>,
+    [encoder, from]: [Option<&Path>; 2],
+) -> Result<Verdict, Failure> {
+    let (built_in, name) = built_in(recipe);
     let (file, text) = config_text(args, built_in, name)?;
     let mut config = ActorConfig::from_toml(&file, &text)?;
+    if let Some(variant) = variant {
+        config.network.variant = Some(variant.to_owned());
+    }
     if args.quick {
         config = config.quick();
     }
@@ -214,7 +225,9 @@ fn actor(
     if folder.resume(|state| training.read(state))? {
         say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;
     }
-    let weights = if encoder.is_some() { "eem_san.safetensors" } else { "laser_only.safetensors" };
+    let variant = config.variant(encoder.is_some())?;
+    say(format_args!("network {}: {}", variant.name, variant.form))?;
+    let weights = &format!("{}.safetensors", variant.name.replace('-', "_"));
     let bar = progress(training.rounds() * config.flight.ticks_per_round, "actor");
     bar.set_position(training.round() * config.flight.ticks_per_round);
     let mut left = args.rounds.unwrap_or(u64::MAX);

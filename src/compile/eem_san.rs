@@ -7,7 +7,8 @@
 //! bias: one line onto each population, in this order
 //! ```
 //! The element-wise addition of the fuse module needs no arithmetic: both branches project onto the
-//! first layer of the decision module through the same weights.
+//! first layer of the decision module through the same weights. Without a fuse module both ports
+//! project onto it, each through weights of its own.
 
 use hw_model::ChipSpec;
 
@@ -41,33 +42,45 @@ pub struct QuantizedEemSan {
     pub layers: Vec<(String, QuantizedLayer)>,
     /// How many of `layers` are the encoder's.
     pub encoder_layers: usize,
-    /// How many follow that are branches of the fuse module.
+    /// How many follow that are branches of the fuse module, none with naive fusion.
     pub branches: usize,
 }
 
 /// Quantizes every layer by `policy` and lays out the ports.
 ///
-/// Errors: as [`quantize_layer`].
+/// Errors: as [`quantize_layer`]; thresholds that move.
 pub fn quantize_eem_san(
     network: &EemSan,
     policy: &Policy,
     chip: &ChipSpec,
 ) -> Result<QuantizedEemSan, CompileError> {
+    if network.dynamic.is_some() {
+        return Err(CompileError::DynamicThresholds { network: network.name.clone() });
+    }
     let signs = if policy.split_signs { Signs::Split } else { Signs::Mixed };
     let mut builder = Builder { policy, chip, signs, layers: Vec::new(), graph: ports(network) };
     let encoder_layers = match &network.encoder {
         Some(encoder) => builder.encoder(encoder)?,
         None => 0,
     };
-    let laser = builder.port(LASER_PORT);
-    let mut fused = vec![builder.dense(&network.laser.layer, vec![laser])?];
-    if let Some(dvs) = &network.dvs {
-        let port = builder.port(DVS_PORT);
-        fused.push(builder.dense(&dvs.layer, vec![port])?);
+    let ports = [LASER_PORT, DVS_PORT];
+    let mut fused = Vec::new();
+    for (branch, port) in network.branches().zip(ports) {
+        if let Some(layer) = &branch.layer {
+            let port = builder.port(port);
+            fused.push(builder.dense(layer, vec![(vec![port], layer.inputs)])?);
+        }
     }
     let branches = fused.len();
-    for layer in &network.decision {
-        fused = vec![builder.dense(layer, fused)?];
+    for (index, layer) in network.decision.iter().enumerate() {
+        let inputs = match branches {
+            0 if index == 0 => {
+                let codes = network.branches().zip(ports);
+                codes.map(|(b, port)| (vec![builder.port(port)], b.code.lines())).collect()
+            }
+            _ => vec![(fused, layer.inputs)],
+        };
+        fused = vec![builder.dense(layer, inputs)?];
     }
     Ok(QuantizedEemSan { graph: builder.graph, layers: builder.layers, encoder_layers, branches })
 }
@@ -80,10 +93,8 @@ fn ports(network: &EemSan) -> IntegerGraph {
     if network.encoder.is_some() {
         ports.push((PIXEL_PORT.to_owned(), FRAME_PIXELS));
     }
-    ports.push((LASER_PORT.to_owned(), network.laser.layer.inputs));
-    if let Some(dvs) = &network.dvs {
-        ports.push((DVS_PORT.to_owned(), dvs.layer.inputs));
-    }
+    let codes = network.branches().zip([LASER_PORT, DVS_PORT]);
+    ports.extend(codes.map(|(branch, port)| (port.to_owned(), branch.code.lines())));
     ports.push((BIAS_PORT.to_owned(), n_layers));
     let name = network.name.clone();
     IntegerGraph { name, ports, populations: Vec::new(), projections: Vec::new() }
@@ -113,29 +124,50 @@ impl Builder<'_> {
                 .expect("the layer was checked when it was read");
             let mantissas = Mantissas::Conv(conv, quantized.weights.clone());
             let area = conv.output().height * conv.output().width;
-            source = self.add(&window, quantized, vec![source], mantissas, area);
+            source = self.add(&window, quantized, vec![(vec![source], mantissas)], area);
         }
         Ok(encoder.layers.len())
     }
 
-    fn dense(&mut self, layer: &Layer, sources: Vec<Source>) -> Result<Source, CompileError> {
+    /// `inputs` are groups of sources; the sources of a group share weights, so many columns.
+    fn dense(
+        &mut self,
+        layer: &Layer,
+        inputs: Vec<(Vec<Source>, usize)>,
+    ) -> Result<Source, CompileError> {
         let quantized = quantize_layer(layer, self.policy, self.chip)?;
-        let mantissas = transposed(&quantized.weights, layer.neurons, layer.inputs);
-        Ok(self.add(layer, quantized, sources, Mantissas::Dense(mantissas), 1))
+        // By input: the columns of a group are one after the other.
+        let mut mantissas = transposed(&quantized.weights, layer.neurons, layer.inputs);
+        let mut weights = Vec::new();
+        for (sources, columns) in inputs {
+            let rest = mantissas.split_off(columns * layer.neurons);
+            weights.push((sources, Mantissas::Dense(std::mem::replace(&mut mantissas, rest))));
+        }
+        Ok(self.add(layer, quantized, weights, 1))
     }
 
-    /// Adds a layer of `area` neurons for each row of `layer`, and its bias line.
+    /// Adds a layer of `area` neurons for each row of `layer`, and its bias line. Groups of sources
+    /// have weights of their own.
     fn add(
         &mut self,
         layer: &Layer,
         quantized: QuantizedLayer,
-        sources: Vec<Source>,
-        mantissas: Mantissas,
+        weights: Vec<(Vec<Source>, Mantissas)>,
         area: usize,
     ) -> Source {
         let target = self.graph.populations.len();
         let about = population(layer, &quantized);
         self.graph.populations.push(GraphPopulation { neurons: layer.neurons * area, ..about });
+        let weights = weights.into_iter().map(|(sources, mantissas)| Projection {
+            sources,
+            first_source: 0,
+            target,
+            mantissas,
+            signs: self.signs,
+            weight_bits: self.policy.weight_bits,
+            exponent: quantized.exponent,
+        });
+        self.graph.projections.extend(weights);
         let of_neurons = quantized.bias.iter().flat_map(|m| std::iter::repeat_n(*m, area));
         let bias = Projection {
             sources: vec![self.port(BIAS_PORT)],
@@ -146,16 +178,7 @@ impl Builder<'_> {
             weight_bits: WEIGHT_BITS_MAX,
             exponent: quantized.bias_exponent,
         };
-        let weights = Projection {
-            sources,
-            first_source: 0,
-            target,
-            mantissas,
-            signs: self.signs,
-            weight_bits: self.policy.weight_bits,
-            exponent: quantized.exponent,
-        };
-        self.graph.projections.extend([weights, bias]);
+        self.graph.projections.push(bias);
         self.layers.push((layer.name.clone(), quantized));
         Source::Population(target)
     }

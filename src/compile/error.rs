@@ -38,6 +38,17 @@ pub enum CompileError {
         /// What to do.
         advice: &'static str,
     },
+    /// Thresholds that move with the voltages.
+    #[error(
+        "{network}: dynamic thresholds (BDETT): each neuron's threshold needs exponentials of its \
+         voltage and mean, minimum and maximum of its layer in every step, which no compartment \
+         computes; fly it in floats, or compile a network with fixed or learned thresholds (`spikeloop \
+         train actor --variant san`)"
+    )]
+    DynamicThresholds {
+        /// Network.
+        network: String,
+    },
     /// All weights and biases of a layer are zero.
     #[error(
         "layer {layer}: all weights and biases are zero, so there is no scale; train or prune the layer away"

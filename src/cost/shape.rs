@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::net::EemSan;
-use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL};
+use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL, StateCode};
 
 /// A convolution, 4x4, stride 2, one zero around.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,9 +74,14 @@ impl DenseShape {
 }
 
 impl Shape {
-    /// Sizes of a network; `None` for the laser-only control.
+    /// Sizes of a network; `None` without an encoder, without a middle fuse module, or with dynamic
+    /// thresholds: the paper's costs and artificial counterparts are those of EEM-SAN.
     pub fn of(network: &EemSan) -> Option<Self> {
         let (encoder, dvs) = network.encoder.as_ref().zip(network.dvs.as_ref())?;
+        let population = matches!(network.laser.code, StateCode::Population(_));
+        if !population || network.dynamic.is_some() {
+            return None;
+        }
         let dense = |inputs: usize, outputs: usize| DenseShape {
             inputs: inputs as u64,
             outputs: outputs as u64,
@@ -87,7 +92,7 @@ impl Shape {
             side: layer.side as u64,
         });
         let readout = &encoder.readout;
-        let branches = [&network.laser.layer, &dvs.layer];
+        let branches = [network.laser.layer.as_ref()?, dvs.layer.as_ref()?];
         let decision = network.decision.iter();
         Some(Self {
             encoder: convs.collect(),

@@ -13,7 +13,9 @@ use crate::golden::head::Head;
 use crate::golden::network_loop::{Run, action_text};
 use crate::host::{Deployment, EemSanChipPolicy};
 use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL, ROBOT_STATE};
-use crate::net::{ConvLayer, EemSan, EventEncoder, Layer, PopulationBranch, Readout};
+use crate::net::{
+    Branch, ConvLayer, EemSan, EventEncoder, Layer, PopulationCode, Readout, StateCode,
+};
 use crate::policy::{EventFrame, FRAME_COLUMNS, Observation, Policy as _};
 use crate::rng::{Draw, Streams, stream};
 
@@ -156,16 +158,17 @@ fn network(draw: &mut Draw) -> EemSan {
         dense(draw, "decision.2", HIDDEN, 2, [-0.2, 0.3]),
     ];
     let (name, encoder, dvs) = (NAME.to_owned(), Some(encoder), Some(dvs));
-    EemSan { name, steps: STEPS, encoder, laser, dvs, decision }
+    EemSan { name, steps: STEPS, encoder, laser, dvs, decision, dynamic: None }
 }
 
-fn branch(draw: &mut Draw, name: &str, dimensions: usize) -> PopulationBranch {
-    PopulationBranch {
+fn branch(draw: &mut Draw, name: &str, dimensions: usize) -> Branch {
+    let code = PopulationCode {
         neurons: CODE,
         mean: uniform(draw, dimensions * CODE, -1.0, 1.0),
         deviation: uniform(draw, dimensions * CODE, 0.2, 0.6),
-        layer: dense(draw, name, dimensions * CODE, FUSED, [-0.1, 0.15]),
-    }
+    };
+    let layer = dense(draw, name, dimensions * CODE, FUSED, [-0.1, 0.15]);
+    Branch { code: StateCode::Population(code), layer: Some(layer) }
 }
 
 fn dense(draw: &mut Draw, name: &str, inputs: usize, neurons: usize, range: [f64; 2]) -> Layer {

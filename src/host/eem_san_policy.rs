@@ -364,7 +364,7 @@ impl EemSanChipPolicy {
         let code = self.program.codes().nth(branch).expect("a code for each branch");
         let activity = code.activity(state);
         self.used.host += &HostCounts {
-            gaussians: activity.len() as u64,
+            gaussians: code.gaussians() as u64,
             draws: activity.len() as u64 * u64::from(self.program.steps),
             ..HostCounts::default()
         };

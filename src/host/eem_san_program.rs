@@ -28,8 +28,9 @@ use crate::compile::eem_san::{DVS_PORT, LASER_PORT, PIXEL_PORT, QuantizedEemSan}
 use crate::compile::quantize::BIAS_PORT;
 use crate::cost::{ConvShape, DenseShape, Shape};
 use crate::net::eem_san::{
-    EemSan, FRAMES_PER_TICK, PopulationBranch, ROBOT_STATE, Readout, gaussian_activity,
+    EemSan, FRAMES_PER_TICK, ROBOT_STATE, Readout, StateCode, gaussian_activity, rate_activity,
 };
+use crate::net::encoder::RATE_INPUTS;
 use crate::policy::{EventFrame, FRAME_COLUMNS, FRAME_PIXELS};
 
 /// Most steps of a phase, and most neurons per dimension of a code.
@@ -60,7 +61,8 @@ pub struct EemSanProgram {
     pub laser: CodedPort,
     /// Code of the DVS state, when there is an encoder.
     pub dvs: Option<CodedPort>,
-    /// Windows of branches and decision module, T steps long; the last one is the output's.
+    /// Windows of branches and decision module, T steps long; the last one is the output's. Without
+    /// branches, the codes go to the first layer of the decision module.
     pub decision: Vec<Window>,
     /// Chip steps of a decision: T and one for each layer on the way.
     pub decision_steps: u32,
@@ -92,12 +94,13 @@ pub struct EncoderPhase {
     pub readout: Readout,
 }
 
-/// A Gaussian population code (eq. 6) and the port that takes its spikes.
+/// A code and the port that takes its spikes: a Gaussian population code (eq. 6), or SAN's rate code,
+/// which has no numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CodedPort {
     /// Index of the port.
     pub port: u32,
-    /// Neurons per dimension.
+    /// Neurons per dimension; 0 for the rate code.
     pub neurons: u32,
     /// Centres, [dimensions, neurons].
     pub mean: Vec<f32>,
@@ -106,21 +109,45 @@ pub struct CodedPort {
 }
 
 impl CodedPort {
-    fn new(branch: &PopulationBranch, map: &CoreMap, port: &str) -> Self {
-        Self {
-            port: port_of(map, port),
-            neurons: branch.neurons as u32,
-            mean: branch.mean.clone(),
-            deviation: branch.deviation.clone(),
+    fn new(code: &StateCode, map: &CoreMap, port: &str) -> Self {
+        let port = port_of(map, port);
+        match code {
+            StateCode::Rate => Self { port, neurons: 0, mean: Vec::new(), deviation: Vec::new() },
+            StateCode::Population(code) => Self {
+                port,
+                neurons: code.neurons as u32,
+                mean: code.mean.clone(),
+                deviation: code.deviation.clone(),
+            },
         }
     }
 
-    /// Probability of each neuron to spike per step.
+    fn is_rate(&self) -> bool {
+        self.neurons == 0 && self.mean.is_empty() && self.deviation.is_empty()
+    }
+
+    /// Number of lines.
+    pub fn lines(&self) -> usize {
+        if self.is_rate() { RATE_INPUTS } else { self.mean.len() }
+    }
+
+    /// Gaussians that the host computes for it.
+    pub fn gaussians(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// Probability of each line to spike per step.
     pub fn activity(&self, state: &[f32]) -> Vec<f64> {
+        if self.is_rate() {
+            return rate_activity(state);
+        }
         gaussian_activity(&self.mean, &self.deviation, self.neurons as usize, state)
     }
 
     fn check(&self, name: &str, map: &CoreMap, dimensions: usize) -> Result<(), String> {
+        if self.is_rate() && dimensions == ROBOT_STATE {
+            return check_lines(map, name, self.port, RATE_INPUTS);
+        }
         let (mean, deviation) = (self.mean.len(), self.deviation.len());
         let neurons = dimensions.checked_mul(self.neurons as usize);
         if self.neurons == 0 || neurons != Some(mean) || mean != deviation {
@@ -185,9 +212,11 @@ impl EemSanProgram {
                 readout: encoder.readout.clone(),
             }
         });
+        // The first one or two layers get the codes, the others follow one after the other.
+        let n_first = n_branches.max(1);
         let window = |layer: usize| Window {
             population: (n_encoder + layer) as u32,
-            start: (layer + 1).saturating_sub(n_branches) as u32 + 1,
+            start: (layer + 1).saturating_sub(n_first) as u32 + 1,
         };
         let n_decision = quantized.layers.len() - n_encoder;
         Self {
@@ -195,10 +224,10 @@ impl EemSanProgram {
             steps: network.steps,
             bias_port: port_of(map, BIAS_PORT),
             encoder: phase,
-            laser: CodedPort::new(&network.laser, map, LASER_PORT),
-            dvs: network.dvs.as_ref().map(|dvs| CodedPort::new(dvs, map, DVS_PORT)),
+            laser: CodedPort::new(&network.laser.code, map, LASER_PORT),
+            dvs: network.dvs.as_ref().map(|dvs| CodedPort::new(&dvs.code, map, DVS_PORT)),
             decision: (0..n_decision).map(window).collect(),
-            decision_steps: network.steps + 1 + (n_decision - n_branches) as u32,
+            decision_steps: network.steps + 1 + (n_decision - n_first) as u32,
         }
     }
 
@@ -284,10 +313,14 @@ impl EemSanProgram {
         [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten()
     }
 
-    /// Sizes of the network's layers, from those of `map`'s populations; `None` without an encoder.
+    /// Sizes of the network's layers, from those of `map`'s populations; `None` without an encoder or
+    /// a middle fuse module.
     pub fn shape(&self, map: &CoreMap) -> Option<Shape> {
         let (phase, dvs) = self.encoder.as_ref().zip(self.dvs.as_ref())?;
         let [laser, fused, layers @ ..] = self.decision.as_slice() else { return None };
+        if fused.start != laser.start {
+            return None;
+        }
         let neurons = |w: &Window| map.populations()[w.population as usize].len() as u64;
         let (mut encoder, mut inputs, mut side) = (Vec::new(), 1, FRAME_COLUMNS as u64);
         for window in &phase.layers {

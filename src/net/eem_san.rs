@@ -1,12 +1,15 @@
-//! EEM-SAN as trained: spiking encoder of event frames, population codes, fused decision module.
+//! EEM-SAN as trained: spiking encoder of event frames, codes, fused decision module; and the
+//! networks that it is compared with, which have some parts of it.
 //!
 //! One safetensors file holds all of it. Tensors of the encoder begin with `hsvae.`, those of the
-//! rest with `actor.`; [`EemSan::from_bytes`] lists them. Without `hsvae.` tensors it is the
-//! laser-only control.
+//! rest with `actor.`; [`EemSan::from_bytes`] lists them. Without `hsvae.` tensors there are no
+//! events, as in the laser-only control.
 
 use safetensors::SafeTensors;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
+use crate::net::bdett::Bdett;
+use crate::net::encoder::RATE_INPUTS;
 use crate::net::error::NetError;
 use crate::net::network::Layer;
 use crate::net::tensors::{self, TensorReader};
@@ -14,6 +17,9 @@ use crate::policy::{FRAME_COLUMNS, LASER_SECTORS};
 
 /// Numbers of robot and laser state: goal direction and term, two speeds, 18 laser terms.
 pub const ROBOT_STATE: usize = 4 + LASER_SECTORS;
+
+/// Which numbers of robot and laser state have a sign.
+const SIGNED: [usize; 2] = [0, 3];
 
 /// Event frames per control tick.
 pub const FRAMES_PER_TICK: usize = 5;
@@ -27,21 +33,28 @@ const STEPS: u32 = 5;
 /// Side and stride of all kernels, and the zeros around a picture (Table 1).
 pub const KERNEL: usize = 4;
 
-/// A trained EEM-SAN, or its laser-only control.
+/// A trained EEM-SAN, its laser-only control, or another network of its parts.
+///
+/// Serialized, a network that has only the parts of an EEM-SAN is what it was before there were
+/// others, so that its digest stays.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EemSan {
     /// Name.
     pub name: String,
     /// `T`: steps per decision.
     pub steps: u32,
-    /// Encoder of event frames; `None` for the laser-only control.
+    /// Encoder of event frames; `None` without events.
     pub encoder: Option<EventEncoder>,
-    /// Population code and first layer of robot and laser state (22 dimensions).
-    pub laser: PopulationBranch,
+    /// Code of robot and laser state (22 dimensions), and its layer.
+    pub laser: Branch,
     /// The same for the DVS state (64 dimensions), when there is an encoder.
-    pub dvs: Option<PopulationBranch>,
-    /// Layers of the decision module; the first one takes the spikes of both branches.
+    pub dvs: Option<Branch>,
+    /// Layers of the decision module; the first one takes the spikes of both branches or, where they
+    /// have no layers, of both codes, its inputs being the lines of one code after the other's.
     pub decision: Vec<Layer>,
+    /// How thresholds move, if they do: those of the layers are the ones at the start of a trial.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dynamic: Option<Bdett>,
 }
 
 /// HSVAE's encoder and the readout of its last voltages. State lives for an episode.
@@ -85,17 +98,43 @@ pub struct Readout {
     pub bias: Vec<f32>,
 }
 
-/// Gaussian population code (eq. 6) and the spiking layer that it feeds.
+/// How a state becomes spikes, and the layer of the middle fuse module that they feed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PopulationBranch {
+pub struct Branch {
+    /// Code.
+    pub code: StateCode,
+    /// The layer; `None` with naive fusion, for all branches.
+    #[serde(serialize_with = "bare")]
+    pub layer: Option<Layer>,
+}
+
+/// A code: probability of each of its lines to spike per step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum StateCode {
+    /// Gaussian receptive fields.
+    Population(PopulationCode),
+    /// SAN's code of robot and laser state.
+    Rate,
+}
+
+/// Gaussian population code (eq. 6).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PopulationCode {
     /// Neurons per dimension.
     pub neurons: usize,
     /// Centres, [dimensions, neurons].
     pub mean: Vec<f32>,
     /// Widths, [dimensions, neurons].
     pub deviation: Vec<f32>,
-    /// The layer of the middle fuse module.
-    pub layer: Layer,
+}
+
+/// A layer as itself, none as nothing.
+fn bare<S: Serializer>(layer: &Option<Layer>, to: S) -> Result<S::Ok, S::Error> {
+    match layer {
+        Some(layer) => layer.serialize(to),
+        None => to.serialize_unit(),
+    }
 }
 
 impl ConvLayer {
@@ -105,20 +144,43 @@ impl ConvLayer {
     }
 }
 
-impl PopulationBranch {
-    /// Dimensions of the state.
-    pub fn dimensions(&self) -> usize {
-        self.mean.len() / self.neurons
+impl StateCode {
+    /// Number of lines.
+    pub fn lines(&self) -> usize {
+        match self {
+            Self::Population(code) => code.mean.len(),
+            Self::Rate => RATE_INPUTS,
+        }
     }
 
-    /// Strength of stimulation of every neuron, `exp(-((s - mean) / deviation)^2 / 2)` (eq. 6),
-    /// its probability to spike per step.
+    /// Probability of every line to spike per step: of a population code the strength of stimulation
+    /// `exp(-((s - mean) / deviation)^2 / 2)` (eq. 6).
     pub fn activity(&self, state: &[f32]) -> Vec<f64> {
-        gaussian_activity(&self.mean, &self.deviation, self.neurons, state)
+        match self {
+            Self::Population(code) => {
+                gaussian_activity(&code.mean, &code.deviation, code.neurons, state)
+            }
+            Self::Rate => rate_activity(state),
+        }
     }
 }
 
-/// [`PopulationBranch::activity`] of centres and widths, `neurons` for each number of `state`.
+/// SAN's 24 probabilities of robot and laser state: goal direction and turning speed are split by
+/// their sign.
+///
+/// Shapes: `state` has [`ROBOT_STATE`] numbers, result [`RATE_INPUTS`].
+pub fn rate_activity(state: &[f32]) -> Vec<f64> {
+    let mut activity = Vec::with_capacity(RATE_INPUTS);
+    for (number, value) in state.iter().enumerate() {
+        activity.push(f64::from(value.max(0.0)));
+        if SIGNED.contains(&number) {
+            activity.push(f64::from((-value).max(0.0)));
+        }
+    }
+    activity
+}
+
+/// [`StateCode::activity`] of centres and widths, `neurons` for each number of `state`.
 pub fn gaussian_activity(
     mean: &[f32],
     deviation: &[f32],
@@ -150,25 +212,26 @@ impl EemSan {
     ///
     /// Tensors: `hsvae.encoder.K.weight`, `.bias`, `hsvae.threshold`, `hsvae.mu.weight`, `.bias`,
     /// `hsvae.latent.mean`, `.deviation`; `actor.population.B.mean`, `.deviation`,
-    /// `actor.fuse.B.weight`, `.bias`, `.r` for B = `laser`, `dvs`; `actor.decision.K.weight`,
-    /// `.bias`, `.r`. K counts from 1; thresholds are `tanh(r)`.
+    /// `actor.fuse.B.weight`, `.bias` for B = `laser`, `dvs`; `actor.decision.K.weight`, `.bias`. K
+    /// counts from 1. Thresholds of layers are `tanh` of their `.r`, or their `.threshold`, or all of
+    /// them move by the rule `actor.bdett` ([`Bdett`]). Without `actor.fuse.laser.weight` fusion is
+    /// naive, without `actor.population.laser.mean` robot and laser state have SAN's rate code.
     ///
     /// Errors: not safetensors; a tensor missing, of another shape, not finite; a layer without
-    /// neurons; a threshold or a width not above 0.
+    /// neurons; a threshold or a width not above 0; a rule that cannot be.
     pub fn from_bytes(name: &str, file: &str, bytes: &[u8]) -> Result<Self, NetError> {
         let tensors = tensors::open(file, bytes)?;
         let parts = Parts { file, tensors: &tensors };
         let encoder = parts.encoder("hsvae.")?;
-        let laser = parts.branch("laser", ROBOT_STATE)?;
+        let dynamic = parts.dynamic()?;
+        let start = dynamic.map(|rule| f64::from(rule.initial));
+        let laser = parts.branch("laser", ROBOT_STATE, start)?;
         let latent = encoder.as_ref().map(|encoder| encoder.readout.bias.len());
-        let dvs = latent.map(|latent| parts.branch("dvs", latent)).transpose()?;
-        if let Some(dvs) = dvs.as_ref().filter(|dvs| dvs.layer.neurons != laser.layer.neurons) {
-            let found = dvs.layer.neurons.to_string();
-            let limit = format!("{}, as fuse.laser: spikes are added", laser.layer.neurons);
-            return Err(parts.value("fuse.dvs", "neurons", found, limit));
-        }
-        let decision = parts.decision(laser.layer.neurons)?;
-        Ok(Self { name: name.to_owned(), steps: STEPS, encoder, laser, dvs, decision })
+        let dvs = latent.map(|latent| parts.branch("dvs", latent, start)).transpose()?;
+        let inputs = parts.fused(&laser, dvs.as_ref())?;
+        let decision = parts.decision(inputs, start)?;
+        let name = name.to_owned();
+        Ok(Self { name, steps: STEPS, encoder, laser, dvs, decision, dynamic })
     }
 
     /// Reads an encoder alone, as `spikeloop train hsvae` writes it (no prefix before the names), or
@@ -199,7 +262,8 @@ impl EemSan {
     pub fn streamed_ticks(&self) -> usize {
         let steps = self.steps as usize;
         // The codes come after one tick, the last window begins a step per layer later.
-        (2 * steps + 1 + self.decision.len()).div_ceil(steps) - 1
+        let layers = usize::from(self.laser.layer.is_some()) + self.decision.len();
+        (2 * steps + layers).div_ceil(steps) - 1
     }
 
     /// Name and neurons of every layer: encoder, branches, decision module.
@@ -209,10 +273,14 @@ impl EemSan {
         encoder.chain(self.dense_layers().map(|l| (l.name.as_str(), l.neurons))).collect()
     }
 
+    /// Robot and laser state, then the DVS state if there is one.
+    pub fn branches(&self) -> impl Iterator<Item = &Branch> {
+        [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten()
+    }
+
     /// All fully connected layers: those of the branches, then the decision module.
     pub fn dense_layers(&self) -> impl Iterator<Item = &Layer> {
-        let branches = [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten();
-        branches.map(|branch| &branch.layer).chain(&self.decision)
+        self.branches().filter_map(|branch| branch.layer.as_ref()).chain(&self.decision)
     }
 }
 
@@ -274,30 +342,86 @@ impl Parts<'_> {
         Ok(Readout { weights, bias })
     }
 
-    fn branch(&self, name: &str, dimensions: usize) -> Result<PopulationBranch, NetError> {
+    fn there(&self, name: &str) -> bool {
+        self.tensors.tensor(name).is_ok()
+    }
+
+    fn dynamic(&self) -> Result<Option<Bdett>, NetError> {
+        const NAME: &str = "actor.bdett";
+        if !self.there(NAME) {
+            return Ok(None);
+        }
+        let rule = Bdett::from_array(&self.reader("bdett").read(NAME, &[Bdett::LEN])?);
+        self.above_zero("bdett", "initial", f64::from(rule.initial))?;
+        self.above_zero("bdett", "temporal_scale", f64::from(rule.temporal_scale))?;
+        self.above_zero("bdett", "energy_scale", f64::from(rule.energy_scale))?;
+        Ok(Some(rule))
+    }
+
+    /// `start` is the threshold of layers whose thresholds are dynamic.
+    fn branch(
+        &self,
+        name: &str,
+        dimensions: usize,
+        start: Option<f64>,
+    ) -> Result<Branch, NetError> {
+        let code = self.code(name, dimensions)?;
+        // One layer makes the fusion that of the paper; then there must be all of them.
+        let middle = ["laser", "dvs"].map(|name| format!("actor.fuse.{name}.weight"));
+        if !middle.iter().any(|name| self.there(name)) {
+            return Ok(Branch { code, layer: None });
+        }
+        let layer = self.dense(&format!("fuse.{name}"), code.lines(), start)?;
+        Ok(Branch { code, layer: Some(layer) })
+    }
+
+    fn code(&self, name: &str, dimensions: usize) -> Result<StateCode, NetError> {
         let place = format!("population.{name}");
+        let parts = ["mean", "deviation"].map(|part| format!("actor.{place}.{part}"));
+        if name == "laser" && self.rate_coded() {
+            return Ok(StateCode::Rate);
+        }
         let tensor = self.reader(&place);
-        let shape = tensor.shape(&format!("actor.{place}.mean")).unwrap_or_default();
+        let shape = tensor.shape(&parts[0]).unwrap_or_default();
         let neurons = shape.last().copied().unwrap_or(10);
         self.some_neurons(&place, neurons)?;
-        let mean = tensor.read(&format!("actor.{place}.mean"), &[dimensions, neurons])?;
-        let deviation = tensor.read(&format!("actor.{place}.deviation"), &[dimensions, neurons])?;
+        let [mean, deviation] = parts.map(|part| tensor.read(&part, &[dimensions, neurons]));
+        let (mean, deviation) = (mean?, deviation?);
         for deviation in &deviation {
             self.above_zero(&place, "deviation", f64::from(*deviation))?;
         }
-        let layer = self.dense(&format!("fuse.{name}"), dimensions * neurons)?;
-        Ok(PopulationBranch { neurons, mean, deviation, layer })
+        Ok(StateCode::Population(PopulationCode { neurons, mean, deviation }))
     }
 
-    fn decision(&self, fused: usize) -> Result<Vec<Layer>, NetError> {
+    /// Whether robot and laser state have a rate code: there is no population code for them, and the
+    /// first layer has its lines.
+    fn rate_coded(&self) -> bool {
+        let population = ["mean", "deviation"].map(|p| format!("actor.population.laser.{p}"));
+        self.there("actor.decision.1.weight") && !population.iter().any(|name| self.there(name))
+    }
+
+    /// Inputs of the decision module.
+    fn fused(&self, laser: &Branch, dvs: Option<&Branch>) -> Result<usize, NetError> {
+        let Some(layer) = &laser.layer else {
+            return Ok(laser.code.lines() + dvs.map_or(0, |dvs| dvs.code.lines()));
+        };
+        let other = dvs.and_then(|dvs| dvs.layer.as_ref());
+        if let Some(other) = other.filter(|other| other.neurons != layer.neurons) {
+            let found = other.neurons.to_string();
+            let limit = format!("{}, as fuse.laser: spikes are added", layer.neurons);
+            return Err(self.value("fuse.dvs", "neurons", found, limit));
+        }
+        Ok(layer.neurons)
+    }
+
+    fn decision(&self, fused: usize, start: Option<f64>) -> Result<Vec<Layer>, NetError> {
         let (mut layers, mut inputs) = (Vec::<Layer>::new(), fused);
         loop {
             let name = format!("decision.{}", layers.len() + 1);
-            let there = self.reader(&name).shape(&format!("actor.{name}.weight")).is_some();
-            if !there && !layers.is_empty() {
+            if !self.there(&format!("actor.{name}.weight")) && !layers.is_empty() {
                 break;
             }
-            layers.push(self.dense(&name, inputs)?);
+            layers.push(self.dense(&name, inputs, start)?);
             inputs = layers.last().map_or(0, |layer| layer.neurons);
         }
         if inputs != 2 {
@@ -307,19 +431,31 @@ impl Parts<'_> {
         Ok(layers)
     }
 
-    fn dense(&self, name: &str, inputs: usize) -> Result<Layer, NetError> {
+    fn dense(&self, name: &str, inputs: usize, start: Option<f64>) -> Result<Layer, NetError> {
         let tensor = self.reader(name);
         let shape = tensor.shape(&format!("actor.{name}.weight")).unwrap_or_default();
         let neurons = shape.first().copied().unwrap_or(1);
         self.some_neurons(name, neurons)?;
         let weights = tensor.read(&format!("actor.{name}.weight"), &[neurons, inputs])?;
         let bias = tensor.read(&format!("actor.{name}.bias"), &[neurons])?;
-        let r = tensor.read(&format!("actor.{name}.r"), &[1])?[0];
-        let threshold = f64::from(libm::tanhf(r));
-        self.above_zero(name, "threshold tanh(r)", threshold)?;
+        let threshold = start.map_or_else(|| self.threshold(name), Ok)?;
         let (keep_current, keep_voltage) = KEEP;
         let name = name.to_owned();
         Ok(Layer { name, inputs, neurons, weights, bias, keep_current, keep_voltage, threshold })
+    }
+
+    /// A layer's threshold, learned or fixed.
+    fn threshold(&self, name: &str) -> Result<f64, NetError> {
+        let fixed = format!("actor.{name}.threshold");
+        let tensor = self.reader(name);
+        let (what, threshold) = if self.there(&fixed) {
+            ("threshold", tensor.read(&fixed, &[1])?[0])
+        } else {
+            let r = tensor.read(&format!("actor.{name}.r"), &[1])?[0];
+            ("threshold tanh(r)", libm::tanhf(r))
+        };
+        self.above_zero(name, what, f64::from(threshold))?;
+        Ok(f64::from(threshold))
     }
 
     fn some_neurons(&self, place: &str, neurons: usize) -> Result<(), NetError> {

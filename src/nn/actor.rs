@@ -1,22 +1,30 @@
-//! The spiking actor: population code, middle fuse module, decision module (Algorithm 1).
+//! The spiking actor: codes, fusion, decision module (Algorithm 1), in all forms of
+//! [`crate::nn::variant`].
 
+mod branch;
 mod layer;
 
+use std::ops::Range;
+
+use crate::nn::bdett::{Bdett, BdettState};
 use crate::nn::init;
 use crate::nn::lif::{LifShape, LifTrace};
-use crate::nn::parameters::{Layout, Parameters};
-use crate::nn::population::{Population, SpikeDraws, sum_of_steps};
-use crate::nn::spike::Spike;
-use crate::nn::threshold;
-use crate::rng::Streams;
+use crate::nn::parameters::{Layout, Parameters, Slot};
+use crate::nn::population::{SpikeDraws, sum_of_steps};
+use crate::nn::spike::{Rectangular, Spike};
+use crate::nn::variant::{Code, Form, Fusion, Thresholds};
+use crate::rng::{Draw, Streams};
+use branch::{Branch, BranchTrace};
 use layer::SpikingLayer;
 
 /// Sizes and settings of an actor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ActorShape {
+    /// Code, fusion and thresholds.
+    pub form: Form,
     /// Lowest and highest value of each dimension of robot and laser state.
     pub laser: Vec<(f32, f32)>,
-    /// The same for the DVS state; empty for the laser-only form.
+    /// The same for the DVS state; empty for a form without events.
     pub dvs: Vec<(f32, f32)>,
     /// Neurons per dimension of the population code.
     pub population: usize,
@@ -32,19 +40,18 @@ pub struct ActorShape {
     pub lif: LifShape,
     /// Thresholds at the start.
     pub threshold: f32,
-    /// Whether thresholds learn (eq. 9, 10) or stay.
-    pub learn_thresholds: bool,
 }
 
 impl ActorShape {
     /// EEM-SAN: 22 and 64 dimensions, 10 neurons each, 220-20 and 640-20, 20-256-256-256-2, T = 5.
     ///
     /// Goal direction, angular speed are in -1 to 1, other laser and robot terms in 0 to 1, the
-    /// DVS state like a unit Gaussian.
+    /// DVS state like a unit Gaussian. Other forms have the same sizes where they have the parts.
     pub fn eem_san() -> Self {
         let mut laser = vec![(0.0, 1.0); 22];
         (laser[0], laser[3]) = ((-1.0, 1.0), (-1.0, 1.0));
         Self {
+            form: Form::EEM_SAN,
             laser,
             dvs: vec![(-3.0, 3.0); 64],
             population: 10,
@@ -54,7 +61,6 @@ impl ActorShape {
             steps: 5,
             lif: LifShape::default(),
             threshold: 0.5,
-            learn_thresholds: true,
         }
     }
 
@@ -71,62 +77,110 @@ impl ActorShape {
 
 /// Layers of an actor; parameters are apart.
 ///
-/// Tensors: `population.B.mean`, `population.B.deviation`, `fuse.B.weight`, `fuse.B.bias`,
-/// `fuse.B.r` for branch B = `laser`, `dvs`; `decision.K.weight`, `decision.K.bias`,
-/// `decision.K.r` for K from 1. The threshold of a layer is `tanh(r)`.
+/// Tensors, those that the form has: `bdett`, the numbers of dynamic thresholds in the order of
+/// [`Bdett`]; `population.B.mean`, `population.B.deviation`, `fuse.B.weight`, `fuse.B.bias` for
+/// branch B = `laser`, `dvs`; `decision.K.weight`, `decision.K.bias` for K from 1. A layer's learned
+/// threshold is `tanh` of its `.r`, its fixed one its `.threshold`. With naive fusion the first
+/// layer's inputs are the lines of all codes, one after the other.
 #[derive(Debug, Clone)]
 pub struct Actor {
     shape: ActorShape,
     layout: Layout,
+    rule: Option<Slot>,
     branches: Vec<Branch>,
     layers: Vec<SpikingLayer>,
-}
-
-#[derive(Debug, Clone)]
-struct Branch {
-    population: Population,
-    layer: SpikingLayer,
-    first: usize,
 }
 
 /// What a forward pass leaves for the backward pass.
 #[derive(Debug, Clone)]
 pub struct ActorTrace<S> {
     branches: Vec<BranchTrace<S>>,
+    /// Input of the decision module.
     fused: Vec<f32>,
     layers: Vec<LifTrace<S>>,
     /// Spike count over T, [rows, actions].
     pub action: Vec<f32>,
 }
 
-#[derive(Debug, Clone)]
-struct BranchTrace<S> {
-    observations: Vec<f32>,
-    activity: Vec<f32>,
-    input: Vec<f32>,
-    lif: LifTrace<S>,
+/// What an actor carries from one decision to the next: nothing unless thresholds are dynamic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActorState {
+    rule: Bdett,
+    /// Branches first, and their neurons per row.
+    layers: Vec<(usize, BdettState)>,
+}
+
+impl ActorState {
+    /// A new trial for row `row`.
+    pub fn restart(&mut self, row: usize) {
+        for (width, layer) in &mut self.layers {
+            layer.restart(&self.rule, row, *width);
+        }
+    }
+}
+
+/// What was seen in the ticks before observations, for networks that carry a state.
+#[derive(Debug, Clone, Copy)]
+pub struct History<'a> {
+    /// Ticks.
+    pub ticks: usize,
+    /// The oldest first, [rows, ticks, dimensions]; what was before the trial does not matter.
+    pub observations: &'a [f32],
+    /// How many of the ticks are of the trial, the newest ones, `[rows]`.
+    pub known: &'a [f32],
+}
+
+impl<'a> History<'a> {
+    /// Observations of tick `tick`, [rows, dimensions].
+    fn at(&self, tick: usize) -> Vec<f32> {
+        let width = self.observations.len() / (self.known.len() * self.ticks).max(1);
+        let rows = self.observations.chunks_exact((width * self.ticks).max(1));
+        rows.flat_map(|row| &row[tick * width..(tick + 1) * width]).copied().collect()
+    }
+
+    /// Rows whose trial has not begun by tick `tick`.
+    fn before_trial(&self, tick: usize) -> impl Iterator<Item = usize> + '_ {
+        let late = move |(row, known): (usize, &f32)| {
+            (tick + (*known as usize) < self.ticks).then_some(row)
+        };
+        self.known.iter().enumerate().filter_map(late)
+    }
+
+    /// Some rows of it.
+    pub(super) fn rows(&self, range: &Range<usize>) -> History<'a> {
+        let width = self.observations.len() / self.known.len().max(1);
+        let observations = &self.observations[range.start * width..range.end * width];
+        History { observations, known: &self.known[range.clone()], ..*self }
+    }
 }
 
 impl Actor {
     /// Layers for a shape.
     pub fn new(shape: &ActorShape) -> Self {
         let mut layout = Layout::default();
+        let dynamic = shape.form.thresholds == Thresholds::Dynamic;
+        let rule = dynamic.then(|| layout.add("bdett", &[Bdett::LEN]));
         let mut branches = Vec::new();
-        for (name, ranges, first) in
-            [("laser", &shape.laser, 0), ("dvs", &shape.dvs, shape.laser.len())]
-        {
+        for (name, code, ranges, first) in [
+            ("laser", shape.form.code, &shape.laser, 0),
+            ("dvs", Code::Population, &shape.dvs, shape.laser.len()),
+        ] {
             if !ranges.is_empty() {
-                branches.push(Branch::new(&mut layout, name, ranges, first, shape));
+                let code = (code, ranges.as_slice());
+                branches.push(Branch::new(&mut layout, name, code, first, (shape, rule)));
             }
         }
         let mut layers = Vec::new();
-        let mut inputs = shape.fused;
+        let mut inputs = match shape.form.fusion {
+            Fusion::Middle => shape.fused,
+            Fusion::Naive => branches.iter().map(Branch::lines).sum(),
+        };
         for (index, neurons) in shape.hidden.iter().chain([&shape.actions]).enumerate() {
             let name = format!("decision.{}", index + 1);
-            layers.push(SpikingLayer::new(&mut layout, &name, (inputs, *neurons), shape));
+            layers.push(SpikingLayer::new(&mut layout, &name, (inputs, *neurons), shape, rule));
             inputs = *neurons;
         }
-        Self { shape: shape.clone(), layout, branches, layers }
+        Self { shape: shape.clone(), layout, rule, branches, layers }
     }
 
     /// Sizes and settings.
@@ -144,24 +198,50 @@ impl Actor {
     pub fn initial(&self, streams: &Streams) -> Parameters {
         let mut parameters = Parameters::zeros(&self.layout);
         init::uniform_by_fan_in(&mut parameters, streams);
-        self.branches.iter().for_each(|branch| branch.population.initialise(&mut parameters));
-        let r = threshold::r_of(self.shape.threshold);
-        self.spiking().for_each(|layer| layer.set_r(&mut parameters.values, r));
+        self.branches.iter().for_each(|branch| branch.initialise(&mut parameters));
+        if let Some(rule) = self.rule {
+            let numbers = Bdett { initial: self.shape.threshold, ..Bdett::PUBLISHED };
+            rule.of_mut(&mut parameters.values).copy_from_slice(&numbers.to_array());
+        }
+        let height = self.shape.threshold;
+        self.spiking().for_each(|layer| layer.set_threshold(&mut parameters.values, height));
         self.project(&mut parameters.values);
         parameters
     }
 
     /// Puts thresholds and deviations back into their limits, after each update.
     pub fn project(&self, values: &mut [f32]) {
-        self.branches.iter().for_each(|branch| branch.population.project(values));
+        self.branches.iter().for_each(|branch| branch.project(values));
         self.spiking().for_each(|layer| layer.project(values));
     }
 
     fn spiking(&self) -> impl Iterator<Item = &SpikingLayer> {
-        self.branches.iter().map(|branch| &branch.layer).chain(&self.layers)
+        self.branches.iter().filter_map(|branch| branch.layer.as_ref()).chain(&self.layers)
     }
 
-    /// Actions for observations.
+    /// The state of `rows` trials that begin.
+    pub fn rest(&self, values: &[f32], rows: usize) -> ActorState {
+        let rule = self.rule.map(|rule| Bdett::from_slice(rule.of(values)));
+        let layer = |rule: &Bdett, layer: &SpikingLayer| {
+            let width = layer.linear.outputs;
+            (width, BdettState::fresh(rule, rows * width))
+        };
+        let layers = rule.iter().flat_map(|rule| self.spiking().map(move |l| layer(rule, l)));
+        ActorState { layers: layers.collect(), rule: rule.unwrap_or(Bdett::PUBLISHED) }
+    }
+
+    /// The state that what was seen before leaves, from rest or from where a trial began.
+    pub fn after(&self, values: &[f32], history: &History, draws: &mut [Draw]) -> ActorState {
+        let mut state = self.rest(values, history.known.len());
+        for tick in 0..history.ticks {
+            let seen = history.at(tick);
+            self.forward_from::<Rectangular>(values, &seen, &mut state, draws);
+            history.before_trial(tick).for_each(|row| state.restart(row));
+        }
+        state
+    }
+
+    /// Actions for observations, from rest.
     ///
     /// Shapes: `observations` [rows, laser + dvs], scaled to the ranges of the shape.
     pub fn forward<S: Spike>(
@@ -171,20 +251,60 @@ impl Actor {
         draws: &SpikeDraws,
     ) -> ActorTrace<S> {
         let rows = observations.len() / self.shape.observations();
-        let mut draws = draws.samples(rows);
-        let pass = |branch: &Branch| branch.forward(values, observations, &self.shape, &mut draws);
-        let branches: Vec<BranchTrace<S>> = self.branches.iter().map(pass).collect();
-        let fused = add(branches.iter().map(|branch| branch.lif.spikes.as_slice()));
+        let (mut state, mut draws) = (self.rest(values, rows), draws.samples(rows));
+        self.forward_from(values, observations, &mut state, &mut draws)
+    }
+
+    /// The same from a state, which is carried on; `draws` has a stream for each row.
+    pub fn forward_from<S: Spike>(
+        &self,
+        values: &[f32],
+        observations: &[f32],
+        state: &mut ActorState,
+        draws: &mut [Draw],
+    ) -> ActorTrace<S> {
+        let rows = observations.len() / self.shape.observations();
+        let mut states = state.layers.iter_mut().map(|(_, layer)| layer);
+        let mut branches: Vec<BranchTrace<S>> = Vec::new();
+        for branch in &self.branches {
+            let state = branch.layer.as_ref().and_then(|_| states.next());
+            branches.push(branch.forward(values, observations, &self.shape, draws, state));
+        }
+        let fused = match self.shape.form.fusion {
+            Fusion::Middle => add(branches.iter().filter_map(|b| Some(&*b.lif.as_ref()?.spikes))),
+            Fusion::Naive => self.join(&mut branches),
+        };
         let mut layers: Vec<LifTrace<S>> = Vec::new();
         for layer in &self.layers {
             let input = layers.last().map_or(&fused, |trace| &trace.spikes);
-            let trace = layer.forward(values, input, self.shape.steps);
+            let trace = layer.forward(values, input, self.shape.steps, states.next());
             layers.push(trace);
         }
         let output = layers.last().map_or(&fused, |trace| &trace.spikes);
         let mut action = sum_of_steps(output, rows * self.shape.actions);
         action.iter_mut().for_each(|count| *count /= self.shape.steps as f32);
         ActorTrace { branches, fused, layers, action }
+    }
+
+    /// Takes the lines of all codes, row by row.
+    fn join<S>(&self, branches: &mut [BranchTrace<S>]) -> Vec<f32> {
+        if let [one] = branches {
+            return std::mem::take(&mut one.input);
+        }
+        let inputs: Vec<Vec<f32>> =
+            branches.iter_mut().map(|branch| std::mem::take(&mut branch.input)).collect();
+        let mut parts: Vec<_> = self
+            .branches
+            .iter()
+            .zip(&inputs)
+            .map(|(branch, input)| input.chunks_exact(branch.lines()))
+            .collect();
+        let rows = parts.first().map_or(0, |rows| rows.len());
+        let mut joined = Vec::with_capacity(inputs.iter().map(Vec::len).sum());
+        for _ in 0..rows {
+            parts.iter_mut().for_each(|rows| joined.extend(rows.next().unwrap_or_default()));
+        }
+        joined
     }
 
     /// Adds the gradients of all parameters; gives that of the observations.
@@ -205,61 +325,23 @@ impl Actor {
             let d_drive = layer.backward(values, gradient, input, &trace.layers[index], &d_spikes);
             d_spikes = layer.linear.backward_input(values, &d_drive);
         }
-        let rows = d_action.len() / self.shape.actions;
-        let mut d_observations = vec![0.0; rows * self.shape.observations()];
+        let width = self.shape.observations();
+        let mut d_observations = vec![0.0; d_action.len() / self.shape.actions * width];
+        let mut first = 0;
         for (branch, trace) in self.branches.iter().zip(&trace.branches) {
-            let d_part = branch.backward(values, gradient, trace, &d_spikes);
-            let rows = d_observations.chunks_exact_mut(self.shape.observations());
-            for (row, d) in rows.zip(d_part.chunks_exact(branch.population.dimensions())) {
-                row[branch.first..][..d.len()].copy_from_slice(d);
-            }
+            let d_part = match branch.layer {
+                Some(_) => d_spikes.clone(),
+                None => {
+                    let all = self.layers[0].linear.inputs;
+                    let own = first..first + branch.lines();
+                    first = own.end;
+                    d_spikes.chunks_exact(all).flat_map(|row| &row[own.clone()]).copied().collect()
+                }
+            };
+            let d_all = (d_observations.as_mut_slice(), width);
+            branch.backward(values, gradient, trace, d_part, d_all);
         }
         d_observations
-    }
-}
-
-impl Branch {
-    fn new(
-        layout: &mut Layout,
-        name: &str,
-        ranges: &[(f32, f32)],
-        first: usize,
-        shape: &ActorShape,
-    ) -> Self {
-        let name_of = |part: &str| format!("{part}.{name}");
-        let population = Population::new(layout, &name_of("population"), ranges, shape.population);
-        let sizes = (population.outputs(), shape.fused);
-        let layer = SpikingLayer::new(layout, &name_of("fuse"), sizes, shape);
-        Self { population, layer, first }
-    }
-
-    fn forward<S: Spike>(
-        &self,
-        values: &[f32],
-        observations: &[f32],
-        shape: &ActorShape,
-        draws: &mut [crate::rng::Draw],
-    ) -> BranchTrace<S> {
-        let all = observations.chunks_exact(shape.observations());
-        let part = all.flat_map(|row| &row[self.first..self.first + self.population.dimensions()]);
-        let observations: Vec<f32> = part.copied().collect();
-        let activity = self.population.activity(values, &observations);
-        let input = self.population.spikes::<S>(&activity, shape.steps, draws);
-        let lif = self.layer.forward(values, &input, shape.steps);
-        BranchTrace { observations, activity, input, lif }
-    }
-
-    fn backward<S: Spike>(
-        &self,
-        values: &[f32],
-        gradient: &mut [f32],
-        trace: &BranchTrace<S>,
-        d_spikes: &[f32],
-    ) -> Vec<f32> {
-        let d_drive = self.layer.backward(values, gradient, &trace.input, &trace.lif, d_spikes);
-        let d_input = self.layer.linear.backward_input(values, &d_drive);
-        let (observations, activity) = (&trace.observations, &trace.activity);
-        self.population.backward(values, gradient, observations, activity, &d_input)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::nn::actor::{Actor, ActorShape, ActorTrace};
+use crate::nn::actor::{Actor, ActorShape, ActorTrace, History};
 use crate::nn::adam::{Adam, AdamSettings};
 use crate::nn::critic::{Critic, CriticShape};
 use crate::nn::parameters::Parameters;
@@ -11,6 +11,7 @@ use crate::nn::shards::{self, Shards};
 use crate::nn::soft_update::soft_update;
 use crate::nn::spike::Rectangular;
 use crate::nn::state::{StateError, StateReader, StateWriter};
+use crate::nn::variant::Form;
 use crate::rng::{Streams, stream};
 
 /// Factor on the initial weights of a branch that joins a trained actor.
@@ -66,6 +67,9 @@ pub struct Transitions<'a> {
     /// What the critics see in place of the observations before and after, [rows, their
     /// dimensions]: a departure from the paper, for critics that know more than the actor.
     pub judged: Option<[&'a [f32]; 2]>,
+    /// What was seen before the observations before and after, for actors that carry a state: it is
+    /// run through without gradients first.
+    pub history: Option<[History<'a>; 2]>,
 }
 
 impl<'a> Transitions<'a> {
@@ -289,8 +293,8 @@ impl Ddpg {
     fn wanted(&self, batch: &Transitions, streams: &Streams, range: &Range<usize>) -> Vec<f32> {
         let next = part(batch.next_observations, batch, range);
         let draws = self.draws(streams, stream::POPULATION_SPIKES_NEXT, range);
-        let acted: ActorTrace<Rectangular> =
-            self.actor_layers.forward(&self.actor.target.values, next, &draws);
+        let history = batch.history.map(|[_, next]| next.rows(range));
+        let acted = self.act(&self.actor.target.values, next, history, &draws);
         let judged = part(batch.judged()[1], batch, range);
         let mut least = vec![f32::INFINITY; range.len()];
         for critic in &self.critics {
@@ -341,8 +345,8 @@ impl Ddpg {
         let observations = part(batch.observations, batch, &range);
         let draws = self.draws(streams, stream::POPULATION_SPIKES, &range);
         let values = &self.actor.online.values;
-        let acted: ActorTrace<Rectangular> =
-            self.actor_layers.forward(values, observations, &draws);
+        let history = batch.history.map(|[before, _]| before.rows(&range));
+        let acted = self.act(values, observations, history, &draws);
         let rows = batch.rewards.len() as f32;
         let (mut d_action, mut loss) = (vec![0.0; acted.action.len()], 0.0);
         if objective.value != 0.0 {
@@ -367,6 +371,22 @@ impl Ddpg {
         (gradient, d_seen, loss)
     }
 
+    /// The actor's pass, from the state that `history` leaves.
+    fn act(
+        &self,
+        values: &[f32],
+        observations: &[f32],
+        history: Option<History<'_>>,
+        draws: &SpikeDraws,
+    ) -> ActorTrace<Rectangular> {
+        let Some(history) = history else {
+            return self.actor_layers.forward(values, observations, draws);
+        };
+        let mut draws = draws.samples(history.known.len());
+        let mut state = self.actor_layers.after(values, &history, &mut draws);
+        self.actor_layers.forward_from(values, observations, &mut state, &mut draws)
+    }
+
     fn draws<'a>(
         &self,
         streams: &'a Streams,
@@ -381,8 +401,13 @@ impl Ddpg {
     /// A laser-only actor will do for one with events: its DVS branch stays as it is, with weights
     /// and biases small enough that it is nearly silent at first.
     ///
-    /// Errors: a tensor is missing or has another shape; nothing is changed then.
+    /// Errors: a network of another form; a tensor is missing or has another shape; nothing is
+    /// changed then.
     pub fn begin_with(&mut self, state: &StateReader, prefix: &str) -> Result<(), StateError> {
+        let expected = self.actor_layers.shape().form;
+        if let Some(found) = Form::of(state, prefix).filter(|found| *found != expected) {
+            return Err(StateError::Form { file: state.file().to_owned(), found, expected });
+        }
         let mut online = self.actor.online.clone();
         let with_events = state.has(&format!("{prefix}fuse.dvs.weight"));
         for entry in self.actor.online.layout().entries() {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::nn::gradient_check::gaussians;
+use crate::nn::variant::{Thresholds, Variant};
 
 fn shapes() -> (ActorShape, CriticShape) {
     let actor = ActorShape {
@@ -44,6 +45,7 @@ impl Data {
             next_observations: &self.next,
             terminal: &self.terminal,
             judged: None,
+            history: None,
         }
     }
 }
@@ -258,4 +260,49 @@ fn laser_only_actor_begins_one_with_events() {
     let quiet = ddpg.actor.online.tensor("fuse.dvs.weight").unwrap();
     assert!(quiet.iter().zip(&fresh).all(|(quiet, fresh)| (quiet - 0.1 * fresh).abs() < 1e-7));
     assert_eq!(ddpg.actor.target, ddpg.actor.online);
+}
+
+#[test]
+fn actor_of_another_form_is_refused_and_nothing_is_changed() {
+    let (shape, critic) = shapes();
+    let fixed = Form { thresholds: Thresholds::Fixed, ..Form::EEM_SAN };
+    let other = ActorShape { form: fixed, ..shape };
+    let mut state = StateWriter::default();
+    let other = Ddpg::new(&settings(1, 1), &other, &critic, 5);
+    state.parameters("actor.", &other.actor.online);
+    let bytes = state.bytes();
+    let mut ddpg = learner(settings(1, 1));
+    let before = ddpg.actor.clone();
+    let weights = StateReader::new("w", &bytes).unwrap();
+    let error = ddpg.begin_with(&weights, "actor.").unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "w: holds an actor with population code, middle fusion, fixed thresholds, one with \
+         population code, middle fusion, learned thresholds is trained; give weights of that kind, \
+         or none"
+    );
+    assert_eq!(ddpg.actor, before);
+}
+
+#[test]
+fn an_update_runs_through_what_was_seen_before_and_no_farther_than_the_trial() {
+    let (shape, critic) = shapes();
+    let form = Variant::named("bdett").unwrap().form;
+    let data = Data::new(10, 0.0);
+    let pasts =
+        [1.0, 3.0].map(|scale| gaussians(4, 10 * 2 * 5).iter().map(|x| scale * x).collect());
+    let updated = |past: &Vec<f32>, known: f32, shards: Shards| {
+        let settings = DdpgSettings { shards, ..settings(1, 1) };
+        let mut ddpg = Ddpg::new(&settings, &ActorShape { form, ..shape.clone() }, &critic, 5);
+        let known = [known; 10];
+        let history = History { ticks: 2, observations: past, known: &known };
+        let batch = Transitions { history: Some([history; 2]), ..data.batch() };
+        let losses = ddpg.update(&batch, &Streams::new(9, 0));
+        (ddpg.actor.online.values, losses.critic)
+    };
+    let shards = |threads| Shards { count: 2, threads };
+    let [near, far]: [Vec<f32>; 2] = pasts;
+    assert_ne!(updated(&near, 2.0, shards(1)), updated(&far, 2.0, shards(1)));
+    assert_eq!(updated(&near, 0.0, shards(1)), updated(&far, 0.0, shards(1)));
+    assert_eq!(updated(&near, 2.0, shards(1)), updated(&near, 2.0, shards(2)));
 }

@@ -54,11 +54,35 @@ pub struct LifTrace<S> {
     /// Spikes.
     pub spikes: Vec<f32>,
     neurons: usize,
-    threshold: f32,
+    thresholds: Firing,
     mode: PhantomData<S>,
 }
 
+/// What voltages were compared with.
+#[derive(Debug, Clone)]
+pub enum Firing {
+    /// One threshold.
+    One(f32),
+    /// One for each neuron in each step, [steps, neurons of all samples].
+    Each(Vec<f32>),
+}
+
 impl<S> LifTrace<S> {
+    /// What a layer of `neurons` did.
+    pub(super) fn new(
+        voltage: Vec<f32>,
+        spikes: Vec<f32>,
+        neurons: usize,
+        thresholds: Firing,
+    ) -> Self {
+        Self { voltage, spikes, neurons, thresholds, mode: PhantomData }
+    }
+
+    /// What voltages were compared with.
+    pub fn thresholds(&self) -> &Firing {
+        &self.thresholds
+    }
+
     /// Neurons of all samples.
     pub fn neurons(&self) -> usize {
         self.neurons
@@ -88,34 +112,28 @@ impl LifShape {
         let (mut voltage, mut spikes) = (vec![0.0; drive.len()], vec![0.0; drive.len()]);
         let rows = voltage.chunks_exact_mut(neurons).zip(spikes.chunks_exact_mut(neurons));
         for (input, (voltage, spikes)) in drive.chunks_exact(neurons).zip(rows) {
-            self.step::<S>(threshold, input, state, voltage, spikes);
+            self.charge(input, state, voltage);
+            spikes.iter_mut().zip(&*voltage).for_each(|(s, v)| *s = S::fire(*v - threshold));
             state.voltage.copy_from_slice(voltage);
             state.spikes.copy_from_slice(spikes);
         }
-        LifTrace { voltage, spikes, neurons, threshold, mode: PhantomData }
+        LifTrace::new(voltage, spikes, neurons, Firing::One(threshold))
     }
 
-    fn step<S: Spike>(
-        &self,
-        threshold: f32,
-        drive: &[f32],
-        state: &mut LifState,
-        voltage: &mut [f32],
-        spikes: &mut [f32],
-    ) {
-        let now = voltage.iter_mut().zip(spikes);
+    /// Currents and voltages of one step; voltages and spikes in `state` are still those before.
+    pub(super) fn charge(&self, drive: &[f32], state: &mut LifState, voltage: &mut [f32]) {
         let before = state.current.iter_mut().zip(&state.voltage).zip(&state.spikes);
-        for (((v, s), ((c, v_before), s_before)), x) in now.zip(before).zip(drive) {
+        for ((v, ((c, v_before), s_before)), x) in voltage.iter_mut().zip(before).zip(drive) {
             *c = self.keep_current * *c + x;
             *v = self.keep_voltage * v_before * (1.0 - s_before) + *c;
-            *s = S::fire(*v - threshold);
         }
     }
 
     /// Back through all steps by STBP (eq. 8).
     ///
     /// `d_spikes` and, where the voltage itself is read, `d_voltage` are gradients of what the
-    /// layer gave, [steps, neurons]; the gradient of the initial state is dropped.
+    /// layer gave, [steps, neurons]; the gradient of the initial state is dropped. Thresholds that
+    /// are [`Firing::Each`] count as given.
     pub fn backward<S: Spike>(
         &self,
         trace: &LifTrace<S>,
@@ -133,7 +151,16 @@ impl LifShape {
                 out.copy_from_slice(&d_spikes[at.clone()]);
             }
             let (voltage, spikes) = (&trace.voltage[at.clone()], &trace.spikes[at.clone()]);
-            self.step_back::<S>(trace.threshold, voltage, spikes, out, &mut later_v);
+            match &trace.thresholds {
+                Firing::One(threshold) => {
+                    let each = std::iter::repeat(*threshold);
+                    self.step_back::<S>(each, voltage, spikes, out, &mut later_v);
+                }
+                Firing::Each(all) => {
+                    let each = all[at.clone()].iter().copied();
+                    self.step_back::<S>(each, voltage, spikes, out, &mut later_v);
+                }
+            }
             d_threshold -= sum(out);
             if let Some(d_voltage) = d_voltage {
                 later_v.iter_mut().zip(&d_voltage[at]).for_each(|(d, read)| *d += read);
@@ -151,15 +178,15 @@ impl LifShape {
     /// firing; the sum of that is `-dL/dH` of this step.
     fn step_back<S: Spike>(
         &self,
-        threshold: f32,
+        thresholds: impl Iterator<Item = f32>,
         voltage: &[f32],
         spikes: &[f32],
         d_spikes: &mut [f32],
         later_v: &mut [f32],
     ) {
         let reset = if self.gradient_through_reset { self.keep_voltage } else { 0.0 };
-        let rows = voltage.iter().zip(spikes).zip(d_spikes).zip(later_v);
-        for (((v, s), d), later) in rows {
+        let rows = voltage.iter().zip(spikes).zip(d_spikes).zip(later_v).zip(thresholds);
+        for ((((v, s), d), later), threshold) in rows {
             let through = (*d - reset * v * *later) * S::slope(v - threshold);
             *later = through + self.keep_voltage * (1.0 - s) * *later;
             *d = through;

@@ -108,41 +108,24 @@ impl Population {
     ///
     /// Shapes: `activity` [rows, outputs], one stream per row; result [steps, rows, outputs].
     pub fn spikes<S: Spike>(&self, activity: &[f32], steps: usize, draws: &mut [Draw]) -> Vec<f32> {
-        let outputs = self.outputs();
-        let mut spikes = vec![0.0; steps * activity.len()];
-        for step in spikes.chunks_exact_mut(activity.len().max(1)) {
-            let rows = step.chunks_exact_mut(outputs).zip(activity.chunks_exact(outputs));
-            for ((spikes, activity), draw) in rows.zip(&mut *draws) {
-                for (spikes, activity) in spikes.chunks_mut(2).zip(activity.chunks(2)) {
-                    let bits = draw.bits();
-                    let uniforms = [uniform_24(bits >> 40), uniform_24(bits & 0xff_ffff)];
-                    for ((spike, probability), uniform) in
-                        spikes.iter_mut().zip(activity).zip(uniforms)
-                    {
-                        *spike = S::draw(*probability, uniform);
-                    }
-                }
-            }
-        }
-        spikes
+        bernoulli::<S>(activity, self.outputs(), steps, draws)
     }
 
     /// Adds the gradients of means and deviations; gives the gradient of the observations.
     ///
     /// The draw counts as the identity (straight through), as in PopSAN.
-    /// Shapes: `d_spikes` [steps, rows, outputs]; result [rows, dimensions].
+    /// Shapes: `d_activity` [rows, outputs], the sum over the steps; result [rows, dimensions].
     pub fn backward(
         &self,
         values: &[f32],
         gradient: &mut [f32],
         observations: &[f32],
         activity: &[f32],
-        d_spikes: &[f32],
+        d_activity: &[f32],
     ) -> Vec<f32> {
-        let d_activity = sum_of_steps(d_spikes, activity.len());
         let mut d_observations = vec![0.0; observations.len()];
         let (mean, deviation) = (self.mean.of(values), self.deviation.of(values));
-        for (at, (activity, d)) in activity.iter().zip(&d_activity).enumerate() {
+        for (at, (activity, d)) in activity.iter().zip(d_activity).enumerate() {
             let (source, field) = (at / self.neurons, at % self.outputs());
             let offset = (observations[source] - mean[field]) / deviation[field];
             let d_offset = -d * activity * offset / deviation[field];
@@ -152,6 +135,32 @@ impl Population {
         }
         d_observations
     }
+}
+
+/// Independent draws in every step, one stream for each row.
+///
+/// Shapes: `activity` [rows, width]; result [steps, rows, width].
+pub(super) fn bernoulli<S: Spike>(
+    activity: &[f32],
+    width: usize,
+    steps: usize,
+    draws: &mut [Draw],
+) -> Vec<f32> {
+    let mut spikes = vec![0.0; steps * activity.len()];
+    for step in spikes.chunks_exact_mut(activity.len().max(1)) {
+        let rows = step.chunks_exact_mut(width).zip(activity.chunks_exact(width));
+        for ((spikes, activity), draw) in rows.zip(&mut *draws) {
+            for (spikes, activity) in spikes.chunks_mut(2).zip(activity.chunks(2)) {
+                let bits = draw.bits();
+                let uniforms = [uniform_24(bits >> 40), uniform_24(bits & 0xff_ffff)];
+                for ((spike, probability), uniform) in spikes.iter_mut().zip(activity).zip(uniforms)
+                {
+                    *spike = S::draw(*probability, uniform);
+                }
+            }
+        }
+    }
+    spikes
 }
 
 /// Uniform in `[0, 1)` from 24 bits.

@@ -35,7 +35,8 @@ fn gradients_equal_finite_differences() {
     let activity = population.activity(&parameters.values, &observations);
     let mut gradient = parameters.layout().zeros();
     let values = &parameters.values;
-    let d = population.backward(values, &mut gradient, &observations, &activity, &weights);
+    let d_activity = sum_of_steps(&weights, activity.len());
+    let d = population.backward(values, &mut gradient, &observations, &activity, &d_activity);
     check("fields", values, &gradient, |v| loss(v, &observations));
     check("observations", &observations, &d, |x| loss(values, x));
 }

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::nn::adam::Adam;
 use crate::nn::parameters::{Layout, Parameters};
+use crate::nn::variant::Form;
 
 /// State that cannot be used.
 #[derive(Debug, Error, PartialEq, Eq)]
@@ -41,6 +42,19 @@ pub enum StateError {
         found: String,
         /// Type and shape expected.
         expected: String,
+    },
+    /// An actor of another form than the one in training.
+    #[error(
+        "{file}: holds an actor with {found}, one with {expected} is trained; give weights of that \
+         kind, or none"
+    )]
+    Form {
+        /// The file.
+        file: String,
+        /// Of the file.
+        found: Form,
+        /// In training.
+        expected: Form,
     },
     /// An element is infinite or not a number.
     #[error("{file}: tensor {tensor}: element {element} is {value}, must be finite")]
@@ -136,6 +150,11 @@ impl<'a> StateReader<'a> {
         let tensors = SafeTensors::deserialize(bytes)
             .map_err(|e| StateError::Format { file: file.to_owned(), message: e.to_string() })?;
         Ok(Self { file: file.to_owned(), tensors })
+    }
+
+    /// The name that errors mention.
+    pub fn file(&self) -> &str {
+        &self.file
     }
 
     /// Whether there is a tensor of this name.

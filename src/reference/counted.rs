@@ -14,9 +14,9 @@ pub use artificial::{ArtificialDecision, ArtificialEncoder};
 pub use spiking::{SpikingDecision, SpikingEncoder};
 
 use crate::coding::{InputSpikes, population_spikes, robot_state};
-use crate::cost::{Activity, Counts, Modules};
+use crate::cost::{Activity, Counts, Modules, Shape};
 use crate::net::EemSan;
-use crate::net::eem_san::PopulationBranch;
+use crate::net::eem_san::StateCode;
 use crate::policy::Observation;
 use crate::rng::{Streams, stream};
 
@@ -26,8 +26,8 @@ use crate::rng::{Streams, stream};
 /// differ by the module that is exchanged and nothing else.
 #[derive(Debug, Clone)]
 pub struct CountedEemSan {
-    laser: PopulationBranch,
-    dvs: PopulationBranch,
+    laser: StateCode,
+    dvs: StateCode,
     steps: u32,
     spiking_encoder: SpikingEncoder,
     artificial_encoder: ArtificialEncoder,
@@ -60,12 +60,13 @@ pub struct Done<T> {
 }
 
 impl CountedEemSan {
-    /// Takes a network's weights; `None` for the laser-only control.
+    /// Takes a network's weights; `None` for one that Table 5 is not about, as for [`Shape::of`].
     pub fn new(network: &EemSan) -> Option<Self> {
+        Shape::of(network)?;
         let (encoder, dvs) = network.encoder.as_ref().zip(network.dvs.as_ref())?;
         Some(Self {
-            laser: network.laser.clone(),
-            dvs: dvs.clone(),
+            laser: network.laser.code.clone(),
+            dvs: dvs.code.clone(),
             steps: network.steps,
             spiking_encoder: SpikingEncoder::new(encoder),
             artificial_encoder: ArtificialEncoder::new(encoder),
@@ -92,8 +93,8 @@ impl CountedEemSan {
         let seen = self.spiking_encoder.tick(&frames);
         let artificial = self.artificial_encoder.tick(&frames);
         let state = robot_state(observation);
-        let spikes = |branch: &PopulationBranch, state: &[f32], name: &str| {
-            population_spikes(&branch.activity(state), self.steps, &mut streams.at(name, tick))
+        let spikes = |code: &StateCode, state: &[f32], name: &str| {
+            population_spikes(&code.activity(state), self.steps, &mut streams.at(name, tick))
         };
         let inputs: [InputSpikes; 2] = [
             spikes(&self.laser, &state, stream::LASER_POPULATION),

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::cost::{Row, Shape, closed_form};
 use crate::net::eem_san::FRAMES_PER_TICK;
-use crate::net::{ConvLayer, EventEncoder, Layer, Readout};
+use crate::net::{Branch, ConvLayer, EventEncoder, Layer, PopulationCode, Readout};
 use crate::policy::{EventFrame, Policy};
 use crate::reference::event_encoder::FloatEncoder;
 use crate::reference::{EemSanPolicy, eem_san::FloatDecision};
@@ -79,12 +79,10 @@ fn network(sizes: &Sizes, draw: &mut Draw) -> EemSan {
     };
     let branch = |draw: &mut Draw, name: &str, dimensions: usize| {
         let n = dimensions * sizes.population;
-        PopulationBranch {
-            neurons: sizes.population,
-            mean: numbers(draw, n, 1.0),
-            deviation: vec![0.5; n],
-            layer: layer(draw, format!("fuse.{name}"), n, sizes.fused),
-        }
+        let (neurons, mean) = (sizes.population, numbers(draw, n, 1.0));
+        let code = PopulationCode { neurons, mean, deviation: vec![0.5; n] };
+        let layer = Some(layer(draw, format!("fuse.{name}"), n, sizes.fused));
+        Branch { code: StateCode::Population(code), layer }
     };
     let laser = branch(draw, "laser", sizes.dimensions[0]);
     let dvs = branch(draw, "dvs", sizes.dimensions[1]);
@@ -107,6 +105,7 @@ fn network(sizes: &Sizes, draw: &mut Draw) -> EemSan {
         laser,
         dvs: Some(dvs),
         decision,
+        dynamic: None,
     }
 }
 

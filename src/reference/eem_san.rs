@@ -1,33 +1,45 @@
-//! EEM-SAN in 32-bit floats (Algorithm 1), as a driver.
+//! EEM-SAN in 32-bit floats (Algorithm 1), as a driver, and the networks of its parts.
 
 use std::collections::VecDeque;
 
 use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_state};
-use crate::net::eem_san::{EemSan, FRAMES_PER_TICK, PopulationBranch};
+use crate::net::eem_san::{EemSan, FRAMES_PER_TICK, StateCode};
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::Decision;
 use crate::reference::event_encoder::FloatEncoder;
 use crate::reference::float::FloatLayer;
 use crate::rng::{Streams, stream};
 
-/// Middle fuse module and decision module, laid out for running.
+/// Middle fuse module, if there is one, and decision module, laid out for running.
 #[derive(Debug, Clone)]
 pub struct FloatDecision {
     branches: Vec<FloatLayer>,
     layers: Vec<FloatLayer>,
+    /// Whether state lasts from one decision to the next.
+    carries: bool,
 }
 
 impl FloatDecision {
     /// Takes a network's weights.
     pub fn new(network: &EemSan) -> Self {
-        let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
+        let layer = |layer| match network.dynamic {
+            Some(rule) => FloatLayer::new(layer).moving(rule),
+            None => FloatLayer::new(layer),
+        };
+        let branches = network.branches().filter_map(|branch| branch.layer.as_ref());
         Self {
-            branches: branches.map(|branch| FloatLayer::new(&branch.layer)).collect(),
-            layers: network.decision.iter().map(FloatLayer::new).collect(),
+            branches: branches.map(layer).collect(),
+            layers: network.decision.iter().map(layer).collect(),
+            carries: network.dynamic.is_some(),
         }
     }
 
-    /// One decision from zero state.
+    /// A new trial.
+    pub fn restart(&mut self) {
+        self.branches.iter_mut().chain(&mut self.layers).for_each(FloatLayer::reset);
+    }
+
+    /// One decision, from zero state unless thresholds are dynamic.
     ///
     /// Shapes: `inputs[branch][step][line]`. Layers of the result: branches first.
     pub fn decide(&mut self, inputs: &[InputSpikes]) -> Decision {
@@ -40,10 +52,12 @@ impl FloatDecision {
         inputs: &[InputSpikes],
         watch: &mut dyn FnMut(usize, &[bool]),
     ) -> Decision {
+        if !self.carries {
+            self.restart();
+        }
         let outputs = self.layers.last().map_or(0, |layer| layer.spikes.len());
         let n_branches = self.branches.len();
         let mut decision = Decision::new(n_branches + self.layers.len(), outputs);
-        self.branches.iter_mut().chain(&mut self.layers).for_each(FloatLayer::reset);
         let steps = inputs.first().map_or(0, Vec::len);
         for step in 0..steps {
             for (index, (branch, input)) in self.branches.iter_mut().zip(inputs).enumerate() {
@@ -51,8 +65,15 @@ impl FloatDecision {
                 watch(index, &branch.spikes);
                 decision.add_step(index, &branch.spikes, false);
             }
-            let mut spikes: Vec<&[bool]> =
-                self.branches.iter().map(|branch| branch.spikes.as_slice()).collect();
+            let mut lines = Vec::new();
+            if self.branches.is_empty() {
+                inputs.iter().for_each(|input| lines.extend(&input[step]));
+            }
+            let fused = self.branches.iter().map(|branch| branch.spikes.as_slice());
+            let mut spikes: Vec<&[bool]> = fused.collect();
+            if spikes.is_empty() {
+                spikes.push(&lines);
+            }
             let last = self.layers.len() - 1;
             for (index, layer) in self.layers.iter_mut().enumerate() {
                 layer.step(&spikes);
@@ -157,7 +178,7 @@ impl EemSanPolicy {
             spikes.iter_mut().zip(encoder.spiking()).for_each(|(all, step)| all.push(step));
         });
         let before = spikes.len();
-        spikes.resize(before + inputs.len() + self.network.decision.len(), Vec::new());
+        spikes.resize(before + self.network.dense_layers().count(), Vec::new());
         let decision = self.decision.decide_watched(&inputs, &mut |layer, of_step| {
             let spiking = of_step.iter().enumerate().filter(|(_, spike)| **spike);
             spikes[before + layer].push(spiking.map(|(neuron, _)| neuron as u32).collect());
@@ -174,7 +195,7 @@ impl EemSanPolicy {
         stepped: &mut dyn FnMut(&FloatEncoder),
     ) -> Vec<InputSpikes> {
         let state = robot_state(observation);
-        let laser = self.spikes(&self.network.laser, &state, stream::LASER_POPULATION, tick);
+        let laser = self.spikes(&self.network.laser.code, &state, stream::LASER_POPULATION, tick);
         let mut inputs = vec![laser];
         if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
             let frames = &observation.frames;
@@ -189,26 +210,21 @@ impl EemSanPolicy {
             if self.late.is_none() {
                 self.dvs_state = encoder.state();
             }
-            inputs.push(self.spikes(dvs, &self.dvs_state, stream::DVS_POPULATION, tick));
+            inputs.push(self.spikes(&dvs.code, &self.dvs_state, stream::DVS_POPULATION, tick));
         }
         inputs
     }
 
-    fn spikes(
-        &self,
-        branch: &PopulationBranch,
-        state: &[f32],
-        name: &str,
-        tick: u64,
-    ) -> InputSpikes {
+    fn spikes(&self, code: &StateCode, state: &[f32], name: &str, tick: u64) -> InputSpikes {
         let mut draw = self.streams.at(name, tick);
-        population_spikes(&branch.activity(state), self.network.steps, &mut draw)
+        population_spikes(&code.activity(state), self.network.steps, &mut draw)
     }
 }
 
 impl Policy for EemSanPolicy {
     fn start_trial(&mut self, streams: Streams) {
         self.streams = streams;
+        self.decision.restart();
         if let Some(encoder) = &mut self.encoder {
             encoder.reset();
         }

@@ -90,16 +90,20 @@ impl FixedEemSan {
     pub fn decide(&self, inputs: &[InputSpikes]) -> (Decision, LayerSpikes) {
         let layers = || self.branches.iter().chain(&self.decision);
         let outputs = self.decision.last().map_or(0, |layer| layer.bias.len());
-        let n = layers().count();
+        let (n, n_branches) = (layers().count(), self.branches.len());
         let mut decision = Decision::new(n, outputs);
         let mut all = vec![Vec::new(); n];
         let mut states: Vec<Vec<CompartmentState>> =
             layers().map(|layer| vec![CompartmentState::default(); layer.bias.len()]).collect();
         for step in 0..inputs.first().map_or(0, Vec::len) {
-            let (mut fused, mut arriving) = (Vec::new(), Vec::new());
+            let mut arriving = Vec::new();
+            if n_branches == 0 {
+                arriving.push(inputs.iter().flat_map(|input| &input[step]).copied().collect());
+            }
+            let mut fused: Vec<Vec<bool>> = Vec::new();
             for (index, (layer, state)) in layers().zip(&mut states).enumerate() {
                 // The first layers are the branches, one for each input.
-                let spikes = match inputs.get(index) {
+                let spikes = match inputs.get(index).filter(|_| index < n_branches) {
                     Some(input) => layer.step(&self.widths, state, &[&input[step]]),
                     None => {
                         let sources: Vec<&[bool]> = arriving.iter().map(Vec::as_slice).collect();
@@ -109,7 +113,7 @@ impl FixedEemSan {
                 decision.add_step(index, &spikes, index + 1 == n);
                 let spiking = spikes.iter().enumerate().filter(|(_, spike)| **spike);
                 all[index].push(spiking.map(|(neuron, _)| neuron as u32).collect());
-                if index < inputs.len() {
+                if index < n_branches {
                     fused.push(spikes);
                     arriving.clone_from(&fused);
                 } else {

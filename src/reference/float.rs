@@ -2,9 +2,10 @@
 //! the same bits.
 
 use crate::coding::{InputSpikes, decode, encode};
-use crate::net::{Layer, Network, RateEncoder};
+use crate::net::{Bdett, Layer, Network, RateEncoder};
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::Decision;
+use crate::reference::bdett::MovingThresholds;
 use crate::rng::Streams;
 
 /// A network laid out for running.
@@ -23,6 +24,8 @@ pub(super) struct FloatLayer {
     keep_current: f32,
     keep_voltage: f32,
     threshold: f32,
+    /// In place of the threshold.
+    moving: Option<MovingThresholds>,
     current: Vec<f32>,
     voltage: Vec<f32>,
     pub(super) spikes: Vec<bool>,
@@ -65,16 +68,23 @@ impl FloatLayer {
             keep_current: layer.keep_current as f32,
             keep_voltage: layer.keep_voltage as f32,
             threshold: layer.threshold as f32,
+            moving: None,
             current: vec![0.0; layer.neurons],
             voltage: vec![0.0; layer.neurons],
             spikes: vec![false; layer.neurons],
         }
     }
 
+    /// The same with thresholds that move.
+    pub(super) fn moving(self, rule: Bdett) -> Self {
+        Self { moving: Some(MovingThresholds::new(rule, self.bias.len())), ..self }
+    }
+
     pub(super) fn reset(&mut self) {
         self.current.fill(0.0);
         self.voltage.fill(0.0);
         self.spikes.fill(false);
+        self.moving.iter_mut().for_each(MovingThresholds::restart);
     }
 
     /// `c = d_c c + W s + b`, `v = d_v v (1 - s_prev) + c`, `s = [v > threshold]`, where `s` may be
@@ -88,11 +98,15 @@ impl FloatLayer {
                 drive.iter_mut().zip(column).for_each(|(sum, weight)| *sum += weight);
             }
         }
+        let before = self.moving.as_ref().map(|_| self.voltage.clone());
         for (n, drive) in drive.into_iter().enumerate() {
             self.current[n] = self.keep_current * self.current[n] + (drive + self.bias[n]);
             let kept = if self.spikes[n] { 0.0 } else { self.keep_voltage * self.voltage[n] };
             self.voltage[n] = kept + self.current[n];
             self.spikes[n] = self.voltage[n] > self.threshold;
+        }
+        if let (Some(moving), Some(before)) = (&mut self.moving, before) {
+            moving.fire(&before, &self.voltage, &mut self.spikes);
         }
     }
 }

@@ -4,8 +4,11 @@
 //! worlds side by side, two critics, and a teacher, a planner, whose actions or whose
 //! costs the actor follows, an average of the actor over its updates, and a choice among the rounds'
 //! actors by flights of their own.
-
-use std::collections::VecDeque;
+//!
+//! Networks with dynamic thresholds carry a state from tick to tick. What they saw in the last
+//! ticks before an observation is remembered with it, and an update runs through that first, without
+//! gradients, from rest or from where the flight began: a departure from the published code, which
+//! goes on from whatever state the update before has left.
 
 use crate::closed_loop::TrialConfig;
 use crate::closed_loop::planner::{Knowledge, LEVELS, Terrain};
@@ -15,15 +18,16 @@ use crate::nn::population::{SpikeDraws, sum_of_steps};
 use crate::nn::shards::Shards;
 use crate::nn::soft_update::soft_update;
 use crate::nn::{
-    CriticShape, Ddpg, DdpgSettings, Guide, Losses, Objective, Parameters, Rectangular, StateError,
-    StateReader, StateWriter, Transitions,
+    ActorState, CriticShape, Ddpg, DdpgSettings, Guide, History, Losses, Objective, Parameters,
+    Rectangular, StateError, StateReader, StateWriter, Transitions,
 };
 use crate::policy::Action;
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
 use crate::train::config::{ActorConfig, Phase, Teacher, TrainConfigError};
 use crate::train::end_to_end::{EndToEnd, Sight, Stretch};
-use crate::train::flight::{Delays, Ends, Flight, INSIGHT, Step};
+use crate::train::flight::{Delays, Ends, Flight, INSIGHT};
+use crate::train::recent::Recent;
 use crate::train::replay::{Batch, Replay};
 use crate::train::selection::Selection;
 use crate::train::{add_encoder, on_each, rooms};
@@ -93,10 +97,11 @@ pub struct Selected {
 }
 
 impl ActorTraining {
-    /// Fresh networks: EEM-SAN's with an encoder, the laser-only control's without.
+    /// Fresh networks: of the configured variant, else EEM-SAN's with an encoder, the laser-only
+    /// control's without.
     ///
-    /// Errors: settings of the flights out of their limits; an encoder should learn, and there is
-    /// none.
+    /// Errors: settings of the flights out of their limits; a variant that does not go with the
+    /// encoder or its absence, or with delays; an encoder should learn, and there is none.
     pub fn new(
         config: &ActorConfig,
         encoder: Option<&EventEncoder>,
@@ -105,7 +110,8 @@ impl ActorTraining {
         if config.end_to_end.is_some() && encoder.is_none() {
             return Err(TrainConfigError::NoEncoder);
         }
-        let shape = config.shape(encoder.map(|encoder| encoder.readout.bias.len()));
+        let variant = config.variant(encoder.is_some())?;
+        let shape = config.shape(variant, encoder.map(|encoder| encoder.readout.bias.len()));
         let first = config.phase(0).0;
         let settings = DdpgSettings {
             actor: AdamSettings::with_rate(first.actor_rate),
@@ -137,7 +143,8 @@ impl ActorTraining {
                 .and(encoder)
                 .map(|encoder| EndToEnd::new(encoder, config.average > 0.0)),
             ddpg,
-            replay: Replay::new(width, INSIGHT, config.memory),
+            replay: Replay::new(width, INSIGHT, config.memory)
+                .with_history(config.history_ticks(variant)),
             round: 0,
             ticks: 0,
             history: Vec::new(),
@@ -178,17 +185,22 @@ impl ActorTraining {
         self.ddpg.set_rates(phase.actor_rate, phase.critic_rate);
         let worlds = self.worlds(&phase);
         let mut flights = self.flights(&worlds, &phase);
-        let mut recent: Vec<VecDeque<Step>> = flights.iter().map(|_| VecDeque::new()).collect();
+        let mut recent = vec![Recent::default(); flights.len()];
+        let mut state =
+            self.ddpg.actor_layers().rest(&self.ddpg.actor.online.values, flights.len());
         let (mut sums, mut stretch) = (Sums::default(), Stretch::default());
         for tick in 0..self.config.flight.ticks_per_round {
             if self.see(&mut flights, &mut stretch, &phase, &mut sums) {
                 each(Stage::Updated);
             }
-            self.fly(&mut flights, &phase, through, tick);
+            self.fly(&mut flights, &phase, through, tick, &mut state);
             for flight in &flights {
                 sums.reward += flight.last.as_ref().map_or(0.0, |step| f64::from(step.reward));
             }
-            self.remember(&flights, &mut recent);
+            for (flight, recent) in flights.iter().zip(&mut recent) {
+                let (n, discount) = (self.config.reward_steps, self.config.discount);
+                recent.add(flight.last.clone(), n, discount, &mut self.replay);
+            }
             self.ticks += flights.len() as u64;
             each(Stage::Flown);
             for _ in 0..phase.updates_per_tick {
@@ -235,20 +247,6 @@ impl ActorTraining {
         }
         self.average();
         true
-    }
-
-    /// Puts every step into the memory once as many more are known as rewards are summed over, or
-    /// its flight has ended.
-    fn remember(&mut self, flights: &[Flight<'_>], recent: &mut [VecDeque<Step>]) {
-        for (flight, recent) in flights.iter().zip(recent) {
-            recent.extend(flight.last.clone());
-            let ended = recent.back().is_some_and(|step| step.ended);
-            while recent.len() >= self.config.reward_steps || (ended && !recent.is_empty()) {
-                let steps = recent.iter().take(self.config.reward_steps);
-                self.replay.push(&Step::joined(steps, self.config.discount));
-                recent.pop_front();
-            }
-        }
     }
 
     fn finish(&mut self, ends: Ends, sums: &Sums, ticks: u64) -> ActorReport {
@@ -305,16 +303,25 @@ impl ActorTraining {
         }
     }
 
-    /// One control tick of all worlds: the actor's action with noise, or the planner's.
-    fn fly(&self, flights: &mut [Flight<'_>], phase: &Phase, through: f64, tick: u64) {
+    /// One control tick of all worlds: the actor's action with noise, or the planner's. The actor's
+    /// `state` goes on, afresh for flights that ended.
+    fn fly(
+        &self,
+        flights: &mut [Flight<'_>],
+        phase: &Phase,
+        through: f64,
+        tick: u64,
+        state: &mut ActorState,
+    ) {
         let seen: Vec<f32> =
             flights.iter().flat_map(|flight| flight.observation()).copied().collect();
         let streams = Streams::new(self.config.seed, 3);
         let update = (self.round << 20) + tick;
         let draws =
             SpikeDraws { streams: &streams, name: stream::POPULATION_SPIKES, update, first: 0 };
-        let actor = self.ddpg.actor_layers();
-        let acted = actor.forward::<Rectangular>(&self.ddpg.actor.online.values, &seen, &draws);
+        let (actor, mut draws) = (self.ddpg.actor_layers(), draws.samples(flights.len()));
+        let values = &self.ddpg.actor.online.values;
+        let acted = actor.forward_from::<Rectangular>(values, &seen, state, &mut draws);
         let [first, last] = phase.exploration;
         let noise = first + (last - first) * through;
         let mut work: Vec<(&mut Flight<'_>, [f32; 2])> = flights
@@ -332,6 +339,11 @@ impl ActorTraining {
             let mut mix = |a: f64| (draw.gaussian() * noise + (1.0 - noise) * a).clamp(0.0, 1.0);
             flight.drive(Action { left: mix(base.left), right: mix(base.right) });
         });
+        for (row, flight) in flights.iter().enumerate() {
+            if flight.last.as_ref().is_some_and(|step| step.ended) {
+                state.restart(row);
+            }
+        }
     }
 
     fn update(&mut self, phase: &Phase) -> Losses {
@@ -339,7 +351,7 @@ impl ActorTraining {
         let batch = self.replay.draw(self.config.batch, &streams, self.ddpg.updates());
         let objective = objective(phase);
         let guide = Guide { levels: LEVELS, actions: &batch.planned, costs: &batch.costs };
-        let mut transitions = transitions(&batch);
+        let mut transitions = transitions(&batch, self.replay.history_ticks());
         if self.config.insight {
             transitions.judged = Some([&batch.insights, &batch.next_insights]);
         }
@@ -462,7 +474,13 @@ fn objective(phase: &Phase) -> Objective {
     }
 }
 
-fn transitions(batch: &Batch) -> Transitions<'_> {
+fn transitions(batch: &Batch, ticks: usize) -> Transitions<'_> {
+    let [before, next] = &batch.pasts;
+    let history = [before, next].map(|past| History {
+        ticks,
+        observations: &past.observations,
+        known: &past.known,
+    });
     Transitions {
         observations: &batch.observations,
         actions: &batch.actions,
@@ -470,6 +488,7 @@ fn transitions(batch: &Batch) -> Transitions<'_> {
         next_observations: &batch.next_observations,
         terminal: &batch.terminal,
         judged: None,
+        history: (ticks > 0).then_some(history),
     }
 }
 

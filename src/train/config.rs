@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::{ConfigError, TrialConfig};
+use crate::nn::variant::{Thresholds, VARIANTS, Variant};
 use crate::nn::{ActorShape, HsvaeShape};
 use crate::train::flight::Delays;
 use crate::train::rooms::RoomRules;
@@ -119,6 +120,9 @@ pub struct HsvaeConfig {
 pub struct ActorConfig {
     /// Seed of all random streams.
     pub seed: u64,
+    /// The network.
+    #[serde(default)]
+    pub network: NetworkConfig,
     /// Flights.
     pub flight: FlightConfig,
     /// Transitions of a batch.
@@ -175,6 +179,24 @@ pub struct EndToEndConfig {
     pub draws: usize,
     /// Weight of the mean spike rate of the encoder's layers in the objective.
     pub rate_weight: f32,
+}
+
+/// The network that is trained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NetworkConfig {
+    /// Its row of [`VARIANTS`]; by default `eem-san` with an encoder, `laser-only` without.
+    pub variant: Option<String>,
+    /// Thresholds at the start, for good where they are fixed.
+    pub threshold: f64,
+    /// Ticks before an observation that an update runs through first, where thresholds are dynamic.
+    pub history_ticks: usize,
+}
+
+impl Default for NetworkConfig {
+    fn default() -> Self {
+        Self { variant: None, threshold: 0.5, history_ticks: 4 }
+    }
 }
 
 /// What the planner that teaches knows of movers; it always knows the static obstacles.
@@ -309,6 +331,7 @@ impl ActorConfig {
     pub fn from_toml(file: &str, text: &str) -> Result<Self, TrainConfigError> {
         let config: Self = parse(file, text)?;
         config.flight.trial(file, true)?;
+        config.network.check(file)?;
         range(file, "batch", config.batch as f64, 2.0, 65536.0)?;
         range(file, "memory", config.memory as f64, config.batch as f64, 1e6)?;
         range(file, "critic_neurons", config.critic_neurons as f64, 1.0, 8192.0)?;
@@ -354,10 +377,41 @@ impl ActorConfig {
         self
     }
 
+    /// The network that is trained, with an encoder of events or without.
+    ///
+    /// Errors: no such network; one that does not go with the encoder or its absence, or with
+    /// delays.
+    pub fn variant(&self, events: bool) -> Result<&'static Variant, TrainConfigError> {
+        let default = if events { "eem-san" } else { "laser-only" };
+        let variant = named("configuration", self.network.variant.as_deref().unwrap_or(default))?;
+        let name = variant.name;
+        let late = self.delays() != Delays::default();
+        let problem = match variant.events {
+            true if !events => "takes events, and there is no encoder; give one with --encoder",
+            false if events => "takes no events; leave --encoder out",
+            _ if late && variant.form.thresholds == Thresholds::Dynamic => {
+                "carries a state from tick to tick and cannot be late; set action_delay_ticks and \
+                 readout_delay_frames to 0"
+            }
+            _ => return Ok(variant),
+        };
+        let message = format!("network.variant {name} {problem}");
+        Err(TrainConfigError::Text { file: "configuration".to_owned(), message })
+    }
+
     /// Sizes of the actor; `latent` are the dimensions of the DVS state, when there is one.
-    pub fn shape(&self, latent: Option<usize>) -> ActorShape {
+    pub fn shape(&self, variant: &Variant, latent: Option<usize>) -> ActorShape {
         let dvs = vec![LATENT_RANGE; latent.unwrap_or(0)];
-        ActorShape { dvs, ..ActorShape::eem_san() }
+        let (form, threshold) = (variant.form, self.network.threshold as f32);
+        ActorShape { form, dvs, threshold, ..ActorShape::eem_san() }
+    }
+
+    /// Ticks that the replay memory keeps before each observation.
+    pub fn history_ticks(&self, variant: &Variant) -> usize {
+        match variant.form.thresholds {
+            Thresholds::Dynamic => self.network.history_ticks,
+            Thresholds::Learned | Thresholds::Fixed => 0,
+        }
     }
 
     /// How late the actor is.
@@ -381,6 +435,22 @@ impl ActorConfig {
         }
         (self.phases.last().expect("there is a phase"), 1.0)
     }
+}
+
+impl NetworkConfig {
+    fn check(&self, file: &str) -> Result<(), TrainConfigError> {
+        range(file, "network.threshold", self.threshold, 0.02, 0.99)?;
+        range(file, "network.history_ticks", self.history_ticks as f64, 0.0, 16.0)?;
+        self.variant.iter().try_for_each(|name| named(file, name).map(|_| ()))
+    }
+}
+
+fn named(file: &str, name: &str) -> Result<&'static Variant, TrainConfigError> {
+    Variant::named(name).ok_or_else(|| {
+        let known = VARIANTS.map(|variant| variant.name).join(", ");
+        let message = format!("network.variant {name:?}: no such network (there is: {known})");
+        TrainConfigError::Text { file: file.to_owned(), message }
+    })
 }
 
 impl Phase {

@@ -3,7 +3,7 @@ use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
-const ACTORS: [&str; 8] = [
+const ACTORS: [&str; 9] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
@@ -12,6 +12,7 @@ const ACTORS: [&str; 8] = [
     include_str!("configs/plain.toml"),
     STREAMING,
     include_str!("configs/e2e.toml"),
+    include_str!("configs/compare.toml"),
 ];
 
 fn hsvae_error(from: &str, to: &str) -> String {
@@ -30,6 +31,30 @@ fn selection_error(bad: &str) -> String {
     let named = |setting: &&&str| setting.split(' ').next() != bad.split(' ').next();
     let lines: Vec<&str> = fine.iter().filter(named).copied().chain([bad]).collect();
     actor_error("[flight]", &format!("[selection]\n{}\n[flight]", lines.join("\n")))
+}
+
+fn network_error(setting: &str) -> String {
+    actor_error("[flight]", &format!("[network]\n{setting}\n[flight]"))
+}
+
+#[test]
+fn variant_goes_with_the_encoder_or_is_refused() {
+    let mut config = ActorConfig::from_toml("f", ACTORS[0]).unwrap();
+    let name = |config: &ActorConfig, events: bool| config.variant(events).map(|row| row.name);
+    assert_eq!(name(&config, true).unwrap(), "eem-san");
+    assert_eq!(name(&config, false).unwrap(), "laser-only");
+    for row in VARIANTS {
+        config.network.variant = Some(row.name.to_owned());
+        assert_eq!(config.variant(row.events).unwrap(), &row);
+        let error = config.variant(!row.events).unwrap_err().to_string();
+        let part = if row.events { "give one with --encoder" } else { "leave --encoder out" };
+        assert!(error.starts_with(&format!("configuration: network.variant {} ", row.name)));
+        assert!(error.ends_with(part), "{error}");
+    }
+    config.network.variant = Some("bdett".to_owned());
+    config.action_delay_ticks = 2;
+    let error = config.variant(false).unwrap_err().to_string();
+    assert!(error.contains("bdett carries a state from tick to tick"), "{error}");
 }
 
 #[test]
@@ -59,6 +84,9 @@ fn bad_numbers_are_refused_with_their_limits() {
             "action_delay_ticks is 11, must be 0..=10",
         ),
         (actor_error("batch = ", "average = 1.5\nbatch = "), "average is 1.5, must be 0..=1"),
+        (network_error("threshold = 1.0"), "network.threshold is 1, must be 0.02..=0.99"),
+        (network_error("history_ticks = 17"), "network.history_ticks is 17, must be 0..=16"),
+        (network_error("variant = \"ann\""), "network.variant \"ann\": no such network (there"),
         (selection_error("every = 0"), "selection.every is 0, must be 1..=1000000"),
         (selection_error("n_rooms = 0"), "selection.n_rooms is 0, must be 1..=1000"),
         (selection_error("flights_per_room = 0"), "selection.flights_per_room is 0, must be"),

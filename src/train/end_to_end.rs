@@ -150,6 +150,7 @@ impl Stretch {
             next_observations: &self.observations,
             terminal: &self.nothing,
             judged: insight.then_some([&self.insights, &self.insights]),
+            history: None,
         }
     }
 

@@ -115,7 +115,7 @@ pub struct Delays {
 }
 
 /// Puts `new` at the end and drops all but the newest `len`.
-fn keep<T>(line: &mut VecDeque<T>, new: T, len: usize) {
+pub(super) fn keep<T>(line: &mut VecDeque<T>, new: T, len: usize) {
     line.push_back(new);
     while line.len() > len {
         line.pop_front();

@@ -18,7 +18,7 @@ fn step(number: f32) -> Step {
 #[test]
 fn memory_keeps_the_newest() {
     let mut replay = Replay::new(2, 1, 3);
-    (0..5).for_each(|n| replay.push(&step(n as f32)));
+    (0..5).for_each(|n| replay.push(&step(n as f32), [&Past::new(); 2]));
     assert_eq!((replay.len(), replay.pushed()), (3, 5));
     let batch = replay.draw(200, &Streams::new(1, 0), 0);
     let mut seen = batch.rewards.clone();
@@ -38,7 +38,7 @@ fn memory_keeps_the_newest() {
 #[test]
 fn saved_memory_draws_the_same_and_goes_on_the_same() {
     let mut replay = Replay::new(2, 1, 4);
-    (0..6).for_each(|n| replay.push(&step(n as f32)));
+    (0..6).for_each(|n| replay.push(&step(n as f32), [&Past::new(); 2]));
     let mut state = StateWriter::default();
     replay.write(&mut state);
     let bytes = state.bytes();
@@ -60,4 +60,31 @@ fn joined_steps_have_discounted_rewards_and_discount() {
     assert_eq!(1.0 - joined.terminal, 0.25);
     let last = Step { terminal: 1.0, ended: true, ..step(0.0) };
     assert_eq!(Step::joined([&steps[0], &last], 0.5).terminal, 1.0);
+}
+
+#[test]
+fn history_is_the_newest_ticks_of_the_flight_padded_in_front() {
+    let mut replay = Replay::new(2, 1, 3).with_history(3);
+    let past = |numbers: &[f32]| numbers.iter().map(|n| vec![*n, -n]).collect::<Past>();
+    replay.push(&step(1.0), [&past(&[5.0]), &past(&[5.0, 6.0, 7.0, 8.0])]);
+    let batch = replay.draw(2, &Streams::new(1, 0), 0);
+    assert_eq!(batch.costs.len(), 2 * ACTIONS);
+    for (pasts, known, ticks) in [
+        (&batch.pasts[0], 1.0, [0.0, 0.0, 0.0, 0.0, 5.0, -5.0]),
+        (&batch.pasts[1], 3.0, [6.0, -6.0, 7.0, -7.0, 8.0, -8.0]),
+    ] {
+        assert_eq!(pasts.known, [known; 2]);
+        assert_eq!(pasts.observations, [ticks, ticks].concat());
+    }
+    // A shorter past in the same place leaves nothing of the one before.
+    (0..3).for_each(|_| replay.push(&step(2.0), [&Past::new(); 2]));
+    let batch = replay.draw(4, &Streams::new(1, 0), 1);
+    assert_eq!(batch.pasts[1].known, [0.0; 4]);
+    assert!(batch.pasts[1].observations.iter().all(|x| *x == 0.0));
+    let mut state = StateWriter::default();
+    replay.write(&mut state);
+    let bytes = state.bytes();
+    let mut read = Replay::new(2, 1, 3).with_history(3);
+    read.read(&StateReader::new("f", &bytes).unwrap()).unwrap();
+    assert_eq!(read, replay);
 }

@@ -10,14 +10,14 @@ use spikeloop::compile::{Policy, quantize_eem_san};
 use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::{Deployment, EemSanChipPolicy, Schedule};
 use spikeloop::net::EemSan;
-use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
+use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter, Variant};
 use spikeloop::policy::{Action, EventFrame, Observation, Policy as _};
 use spikeloop::reference::{EemSanPolicy, FixedEemSan};
 use spikeloop::rng::{Streams, stream};
 
 use crate::bad_input::refused;
 use crate::cli::Folder;
-use crate::fixtures::{Change, eem_san};
+use crate::fixtures::{Change, eem_san, network};
 
 /// Weights at which every layer spikes and no layer always does.
 fn lively(name: &str, values: &mut [f32]) {
@@ -27,6 +27,7 @@ fn lively(name: &str, values: &mut [f32]) {
         _ if name.starts_with("hsvae.encoder.") => (0.4, 0.01),
         "hsvae.mu.weight" => (4.0, 0.0),
         _ if name.starts_with("actor.fuse.") && name.ends_with(".weight") => (3.0, 0.05),
+        "actor.decision.1.weight" if values.len() > 7 * 5 => (3.0, 0.05),
         _ if name.starts_with("actor.decision.") && name.ends_with(".weight") => (2.0, 0.02),
         _ => (1.0, 0.0),
     };
@@ -37,6 +38,18 @@ const LIVELY: Change = &|name, _, values| lively(name, values);
 
 fn small(frames: bool) -> EemSan {
     EemSan::from_bytes("small", "small", &eem_san(frames, LIVELY)).unwrap()
+}
+
+/// A small network of the table.
+fn of_table(name: &str) -> EemSan {
+    let variant = Variant::named(name).unwrap();
+    let livelier: Change = &|name, _, values| {
+        lively(name, values);
+        if name == "actor.decision.2.weight" {
+            values.iter_mut().for_each(|value| *value += 0.25);
+        }
+    };
+    EemSan::from_bytes(name, name, &network(variant.form, variant.events, livelier)).unwrap()
 }
 
 /// EEM-SAN's sizes with random weights.
@@ -69,9 +82,8 @@ fn frames(tick: u64) -> Vec<EventFrame> {
 /// Random codes for every branch.
 fn codes(network: &EemSan, tick: u64) -> Vec<InputSpikes> {
     let mut draw = Streams::new(4, 0).at(stream::STIMULUS, tick);
-    let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
-    let code = |inputs: usize| population_spikes(&vec![0.4; inputs], network.steps, &mut draw);
-    branches.map(|branch| branch.layer.inputs).map(code).collect()
+    let code = |lines: usize| population_spikes(&vec![0.4; lines], network.steps, &mut draw);
+    network.branches().map(|branch| branch.code.lines()).map(code).collect()
 }
 
 fn spikes_of(layers: &LayerSpikes) -> Vec<usize> {
@@ -158,19 +170,39 @@ fn the_laser_only_control_equals_the_fixed_point_reference() {
     assert!(spikes.iter().all(|n| *n > 0), "{spikes:?}");
 }
 
-/// The fixed-point reference with the delays of the schedule: layer `k` of the encoder is `k` steps
-/// behind the frames, a decision's window begins a tick after its codes and a step per layer.
+#[test]
+fn peers_and_ablations_equal_the_fixed_point_reference() {
+    for name in ["san", "popsan", "naive", "fixed"] {
+        let network = of_table(name);
+        for policy in ["nearest", "san"].map(|policy| Policy::named(policy).unwrap()) {
+            let spikes = compare(&network, &policy, 6, event);
+            assert!(spikes.iter().all(|n| *n > 0), "{name} {}: {spikes:?}", policy.name);
+        }
+        let nearest = Policy::named("nearest").unwrap();
+        let expected = compare(&network, &nearest, 2, event);
+        assert_eq!(compare(&network, &nearest, 2, on_two_threads), expected, "{name}");
+        assert_eq!(compare(&network, &nearest, 2, dense), expected, "{name}");
+    }
+}
+
 #[test]
 fn streaming_equals_the_fixed_point_reference_with_its_delays() {
+    for network in [small(true), of_table("naive"), of_table("fixed")] {
+        streaming_equals_the_fixed_point_reference(&network);
+    }
+}
+
+/// The fixed-point reference with the delays of the schedule: layer `k` of the encoder is `k` steps
+/// behind the frames, a decision's window begins a tick after its codes and a step per layer.
+fn streaming_equals_the_fixed_point_reference(network: &EemSan) {
     const TICKS: u64 = 6;
-    let (network, nearest) = (small(true), Policy::named("nearest").unwrap());
+    let nearest = Policy::named("nearest").unwrap();
     let chip = ChipSpec::loihi1();
-    let quantized = quantize_eem_san(&network, &nearest, &chip).unwrap();
+    let quantized = quantize_eem_san(network, &nearest, &chip).unwrap();
     let schedule = Schedule::Streaming;
-    let deployment =
-        Deployment::compile_eem_san(&network, &nearest, &chip, None, schedule).unwrap();
+    let deployment = Deployment::compile_eem_san(network, &nearest, &chip, None, schedule).unwrap();
     for engine in [event(&deployment), on_two_threads(&deployment), dense(&deployment)] {
-        let mut fixed = FixedEemSan::new(&network, &quantized, &chip);
+        let mut fixed = FixedEemSan::new(network, &quantized, &chip);
         let mut on_chip = EemSanChipPolicy::new(&deployment, engine).unwrap();
         on_chip.watch(true);
         on_chip.start_trial(Streams::new(1, 0));
@@ -182,7 +214,7 @@ fn streaming_equals_the_fixed_point_reference_with_its_delays() {
         let (mut counts, mut decisions) = (Vec::new(), Vec::new());
         for tick in 0..TICKS {
             let frames = frames(tick);
-            let codes = if tick == 0 { Vec::new() } else { codes(&network, tick) };
+            let codes = if tick == 0 { Vec::new() } else { codes(network, tick) };
             let done = on_chip.stream(&frames, &codes);
             voltages.push(done.0);
             counts.push(done.1);
@@ -203,7 +235,8 @@ fn streaming_equals_the_fixed_point_reference_with_its_delays() {
         for layer in 0..n {
             let delay = match layer < n_encoder {
                 true => layer + 1,
-                false => 5 + 1 + (layer - n_encoder).saturating_sub(1),
+                // The first layers get the codes.
+                false => 6 + (layer + 1 - n_encoder).saturating_sub(quantized.branches.max(1)),
             };
             assert!(seen[layer][..delay].iter().all(Vec::is_empty), "layer {layer} began early");
             let n_steps = 5 * TICKS as usize - delay;

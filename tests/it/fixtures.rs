@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde_json::Value;
-use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, Parameters, StateWriter};
+use spikeloop::nn::{Actor, ActorShape, Form, Hsvae, HsvaeShape, Parameters, StateWriter};
 use spikeloop::rng::Streams;
 
 /// A file of other people's data, or `None` (said on standard output) where it is not there.
@@ -32,9 +32,14 @@ pub(crate) type Change<'a> = &'a dyn Fn(&str, &mut Vec<usize>, &mut Vec<f32>);
 /// A small untrained EEM-SAN (with `frames`) or laser-only network; `change` sees every tensor, and
 /// one that it leaves without dimensions is left out.
 pub(crate) fn eem_san(frames: bool, change: Change) -> Vec<u8> {
+    network(Form::EEM_SAN, frames, change)
+}
+
+/// The same in another form.
+pub(crate) fn network(form: Form, frames: bool, change: Change) -> Vec<u8> {
     let dvs = if frames { vec![(-3.0, 3.0); small_hsvae().latent()] } else { Vec::new() };
     let shape =
-        ActorShape { dvs, population: 3, fused: 5, hidden: vec![7], ..ActorShape::eem_san() };
+        ActorShape { form, dvs, population: 3, fused: 5, hidden: vec![7], ..ActorShape::eem_san() };
     let mut state = StateWriter::default();
     let actor = Actor::new(&shape).initial(&Streams::new(5, 0));
     add(&mut state, "actor.", &actor, change);

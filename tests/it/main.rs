@@ -17,3 +17,4 @@ mod study;
 mod table5;
 mod tidy;
 mod train;
+mod variants;

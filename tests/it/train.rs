@@ -105,8 +105,32 @@ fn best_actor_is_kept_and_is_the_same_in_two_steps() {
 }
 
 #[test]
+fn networks_to_compare_are_trained_by_name_and_drive() {
+    let folder = Folder::new();
+    let train = "train actor --quick --recipe compare --threads 1";
+    for (variant, form) in [
+        ("bdett", "rate code, naive fusion, dynamic thresholds"),
+        ("popsan", "population code, naive fusion, fixed thresholds"),
+    ] {
+        let ran = folder.good(&format!("{train} --variant {variant} --out {variant}"));
+        let file = format!("{variant}/{variant}.safetensors");
+        for part in [format!("network {variant}: {form}"), format!("wrote {file}")] {
+            assert!(ran.out.contains(&part), "no {part:?} in {}", ran.out);
+        }
+        let drive = format!("drive {file} --control-hz 20 --arena courtyard --trials 1");
+        folder.good(&format!("{drive} --ticks-max 3"));
+    }
+    let error = "bdett/bdett.safetensors: holds an actor with rate code, naive fusion, dynamic \
+                 thresholds, one with population code, middle fusion, learned thresholds is trained";
+    refused(&folder, &format!("{train} --from bdett/bdett.safetensors --out x"), &[error]);
+    let line = format!("{train} --variant popsan --from popsan/popsan.safetensors --out y");
+    folder.good(&line);
+}
+
+#[test]
 fn bad_input_of_training_is_refused() {
     let folder = Folder::new();
+    folder.write("hsvae.safetensors", hsvae(&|_, _, _| ()));
     folder.write("noise.safetensors", b"not tensors");
     folder.write("small.safetensors", hsvae(&|_, _, _| ()));
     folder.write("bad.toml", b"seed = 1\ncolour = \"blue\"\n");
@@ -116,6 +140,12 @@ fn bad_input_of_training_is_refused() {
         ("train actor --encoder gone.safetensors", "gone.safetensors: cannot read"),
         ("train actor --encoder noise.safetensors", "not a readable safetensors file"),
         ("train actor --from noise.safetensors", "noise.safetensors: not readable as safetensors"),
+        ("train actor --variant ann", "invalid value 'ann' for '--variant <NAME>'"),
+        ("train actor --variant naive", "network.variant naive takes events, and there is no"),
+        (
+            "train actor --variant san --encoder hsvae.safetensors",
+            "network.variant san takes no events; leave --encoder out",
+        ),
         ("train actor --from small.safetensors", "actor.population.laser.mean: missing"),
     ] {
         refused(&folder, &format!("{line} --quick --out out"), &[part]);

@@ -66,9 +66,9 @@ impl ArtificialDecision {
     /// Takes the spiking modules' weights.
     pub fn new(network: &EemSan) -> Self {
         let dense = |layer: &crate::net::Layer| Dense::new(&layer.weights, &layer.bias);
-        let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
+        let branches = network.branches().filter_map(|branch| branch.layer.as_ref());
         Self {
-            branches: branches.map(|branch| dense(&branch.layer)).collect(),
+            branches: branches.map(dense).collect(),
             layers: network.decision.iter().map(dense).collect(),
         }
     }

@@ -102,9 +102,9 @@ impl SpikingDecision {
             let neurons = Neurons::new(layer.neurons, keep, layer.threshold);
             (Dense::new(&layer.weights, &layer.bias), neurons)
         };
-        let branches = [Some(&network.laser), network.dvs.as_ref()].into_iter().flatten();
+        let branches = network.branches().filter_map(|branch| branch.layer.as_ref());
         Self {
-            branches: branches.map(|branch| layer(&branch.layer)).collect(),
+            branches: branches.map(layer).collect(),
             layers: network.decision.iter().map(layer).collect(),
         }
     }

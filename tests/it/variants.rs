@@ -1,0 +1,163 @@
+//! EEM-SAN's peers and ablations from their files to the closed loop.
+
+use spikeloop::evaluate::Driver;
+use spikeloop::net::{EemSan, StateCode, builtin};
+use spikeloop::nn::Variant;
+use spikeloop::nn::variant::VARIANTS;
+use spikeloop::policy::{EventFrame, Observation, Policy};
+use spikeloop::reference::EemSanPolicy;
+use spikeloop::rng::{Streams, stream};
+
+use crate::bad_input::refused;
+use crate::cli::Folder;
+use crate::fixtures::{Change, network};
+
+const AS_IS: Change = &|_, _, _| ();
+
+/// Weights at which no layer is silent.
+const LIVELY: Change = &|name, _, values| {
+    if name.ends_with(".weight") && name.starts_with("actor.") {
+        let shift = if name == "actor.decision.2.weight" { 0.25 } else { 0.03 };
+        values.iter_mut().for_each(|value| *value = 2.0 * *value + shift);
+    }
+};
+
+fn read(variant: &Variant, change: Change) -> EemSan {
+    let bytes = network(variant.form, variant.events, change);
+    EemSan::from_bytes(variant.name, "file", &bytes).unwrap()
+}
+
+fn error(variant: &str, change: Change) -> String {
+    let variant = Variant::named(variant).unwrap();
+    let bytes = network(variant.form, variant.events, change);
+    EemSan::from_bytes("x", "x.st", &bytes).unwrap_err().to_string()
+}
+
+#[test]
+fn files_say_by_their_tensors_what_network_they_hold() {
+    for variant in VARIANTS {
+        let network = read(&variant, AS_IS);
+        let rate = ["san", "bdett"].contains(&variant.name);
+        assert_eq!(network.laser.code == StateCode::Rate, rate, "{}", variant.name);
+        let middle = ["laser-only", "fixed", "eem-san"].contains(&variant.name);
+        assert!(network.branches().all(|b| b.layer.is_some() == middle), "{}", variant.name);
+        assert_eq!(network.dynamic.is_some(), variant.name == "bdett");
+        assert_eq!(network.encoder.is_some(), variant.events);
+        let inputs = match variant.name {
+            "san" | "bdett" => 24,
+            "popsan" => 66,
+            "naive" => 66 + 12,
+            _ => 5,
+        };
+        assert_eq!(network.decision[0].inputs, inputs, "{}", variant.name);
+    }
+}
+
+#[test]
+fn files_that_hold_no_network_are_refused() {
+    let threshold: Change = &|name, _, values| {
+        if name == "actor.decision.2.threshold" {
+            values[0] = 0.0;
+        }
+    };
+    assert!(error("san", threshold).contains("decision.2: threshold = 0, must be above 0"));
+    let without = |gone: &'static str| {
+        move |name: &str, shape: &mut Vec<usize>, _: &mut Vec<f32>| {
+            if name == gone {
+                shape.clear();
+            }
+        }
+    };
+    let found = error("san", &without("actor.decision.1.threshold"));
+    assert!(found.contains("layer decision.1: tensor actor.decision.1.r: nothing"), "{found}");
+    let found = error("naive", &without("actor.population.dvs.mean"));
+    assert!(found.contains("tensor actor.population.dvs.mean: nothing"), "{found}");
+    let found = error("popsan", &without("actor.population.laser.mean"));
+    assert!(found.contains("tensor actor.population.laser.mean: nothing"), "{found}");
+    let found = error("fixed", &without("actor.fuse.laser.weight"));
+    assert!(found.contains("tensor actor.fuse.laser.weight: nothing"), "{found}");
+    let found = error("bdett", &without("actor.bdett"));
+    assert!(found.contains("tensor actor.decision.1.r: nothing"), "{found}");
+    let rule: Change = &|name, _, values| {
+        if name == "actor.bdett" {
+            values[1] = 0.0;
+        }
+    };
+    assert!(error("bdett", rule).contains("bdett: temporal_scale = 0, must be above 0"));
+    let short: Change = &|name, shape, values| {
+        if name == "actor.bdett" {
+            shape[0] = 5;
+            values.truncate(5);
+        }
+    };
+    assert!(error("bdett", short).contains("tensor actor.bdett: F32 [5] found, F32 [6] expected"));
+}
+
+fn observation(tick: u64, events: bool) -> Observation {
+    let mut draw = Streams::new(5, 0).at(stream::STIMULUS, tick);
+    let n = if events { 5 } else { 0 };
+    let frames = (0..n).map(|_| EventFrame::random(&mut draw, 400)).collect();
+    Observation::random(&mut draw, frames)
+}
+
+/// Spikes of all layers over some ticks of a trial.
+fn flown(policy: &mut EemSanPolicy, events: bool) -> Vec<Vec<usize>> {
+    policy.start_trial(Streams::new(3, 0));
+    let mut ticks = Vec::new();
+    for tick in 0..6 {
+        let (_, spikes) = policy.act_watched(&observation(tick, events), tick);
+        ticks.push(spikes.iter().map(|layer| layer.iter().map(Vec::len).sum()).collect());
+    }
+    ticks
+}
+
+#[test]
+fn every_network_of_the_table_flies_and_each_trial_begins_afresh() {
+    for variant in VARIANTS {
+        let network = read(&variant, LIVELY);
+        let mut policy = EemSanPolicy::new(&network);
+        let first = flown(&mut policy, variant.events);
+        assert_eq!(first[0].len(), network.layers().len(), "{}", variant.name);
+        assert_eq!(flown(&mut policy, variant.events), first, "{}", variant.name);
+        let fired = |layer: usize| first.iter().map(|tick| tick[layer]).sum::<usize>();
+        let decision = network.layers().len() - network.dense_layers().count();
+        for layer in decision..network.layers().len() {
+            assert!(fired(layer) > 0, "{}: layer {layer} is silent", variant.name);
+        }
+    }
+}
+
+#[test]
+fn only_dynamic_thresholds_carry_a_state_from_tick_to_tick() {
+    for name in ["san", "bdett"] {
+        let mut policy = EemSanPolicy::new(&read(Variant::named(name).unwrap(), LIVELY));
+        let mut again = |first: u64| {
+            policy.start_trial(Streams::new(3, 0));
+            policy.act_watched(&observation(first, false), 0);
+            policy.act_watched(&observation(9, false), 1).1
+        };
+        assert_eq!(again(1) == again(2), name == "san", "{name}");
+    }
+}
+
+/// Their digests are in results that were recorded before there were other networks.
+#[test]
+fn digests_of_the_networks_that_ship_are_what_they_were() {
+    for (name, digest) in [
+        ("eem-san", "44d98e58b70adfcc5ef8548d46d8e8a4cd6857a1c3e9a5987601a226f37b3832"),
+        ("laser-only", "e02d9881a0ed275f18e849cdfaf5e1cf579d15c556000933989f759623972aac"),
+    ] {
+        let network = builtin::open(name, None).unwrap();
+        assert_eq!(Driver::controller(&network).digest.as_deref(), Some(digest), "{name}");
+    }
+}
+
+#[test]
+fn what_bdett_cannot_do_is_said() {
+    let folder = Folder::new();
+    let bdett = Variant::named("bdett").unwrap();
+    folder.write("b.safetensors", network(bdett.form, false, AS_IS));
+    let why = "b: dynamic thresholds (BDETT): each neuron's threshold needs exponentials";
+    refused(&folder, "compile b.safetensors -o b.map", &[why, "fly it in floats"]);
+    assert!(!folder.path("b.map").exists());
+}

@@ -1,14 +1,18 @@
-//! Speed of training: one DDPG update and one HSVAE update with the sizes of EEM-SAN.
+//! Speed of training: one DDPG update and one HSVAE update with the sizes of EEM-SAN, and a tick of the
+//! encoder that learns end to end.
 //!
-//! Both divide a batch into two shards and run them on one or two threads; results are the same.
+//! The first two divide a batch into two shards and run them on one or two threads; results are the
+//! same.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use spikeloop::nn::hsvae::{HsvaeSettings, HsvaeTrainer, Sequences};
 use spikeloop::nn::shards::Shards;
+use spikeloop::nn::spiking_encoder::Tape;
 use spikeloop::nn::{
-    ActorShape, CriticShape, Ddpg, DdpgSettings, HsvaeShape, Rectangular, Transitions,
+    ActorShape, CriticShape, Ddpg, DdpgSettings, Hsvae, HsvaeShape, Rectangular, SpikingEncoder,
+    SpikingEncoderShape, Transitions,
 };
 use spikeloop::rng::{Streams, stream};
 
@@ -86,5 +90,52 @@ fn hsvae(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, ddpg, hsvae);
+/// One control tick of one world, by events: forward, and there and back.
+fn spiking_encoder(c: &mut Criterion) {
+    let dense = HsvaeShape { encoder_lean: 1.0, ..HsvaeShape::eem_san() };
+    let initial = Hsvae::new(&dense).initial(&Streams::new(1, 0));
+    let encoder = SpikingEncoder::new(&SpikingEncoderShape {
+        side: dense.side,
+        channels: dense.channels.clone(),
+        latent: dense.latent(),
+        lif: dense.lif,
+        threshold: dense.threshold,
+    });
+    let mut values = encoder.layout().zeros();
+    for entry in encoder.layout().entries() {
+        entry.slot.of_mut(&mut values).copy_from_slice(initial.tensor(&entry.name).unwrap());
+    }
+    let weights = encoder.lay_out(&values);
+    let all = frames(dense.frames * dense.pixels());
+    let active = |frame: &[f32]| (0..frame.len()).filter(|at| frame[*at] > 0.0).collect();
+    let tick: Vec<Vec<usize>> = all.chunks(dense.pixels()).map(active).collect();
+    let mut tape = encoder.tape(true);
+    let see = |tape: &mut Tape| {
+        for frame in &tick {
+            encoder.step::<Rectangular>(&weights, tape, frame.iter().copied());
+        }
+    };
+    let mut group = c.benchmark_group("nn/spiking_encoder");
+    group.throughput(Throughput::Elements(1)).sample_size(20);
+    group.bench_function("forward/tick", |b| {
+        b.iter(|| {
+            tape.forget();
+            see(&mut tape);
+            black_box(encoder.state(&weights, &tape))
+        });
+    });
+    let d_state = vec![1.0; dense.latent()];
+    let mut gradient = encoder.layout().zeros();
+    group.bench_function("gradient/tick", |b| {
+        b.iter(|| {
+            tape.forget();
+            see(&mut tape);
+            let d = [(tape.newest(), &d_state[..])];
+            encoder.backward::<Rectangular>(&weights, &tape, &d, 0.1, &mut gradient)
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, ddpg, hsvae, spiking_encoder);
 criterion_main!(benches);

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use pulp::{Simd, WithSimd};
 
 use crate::nn::spike::Spike;
-use crate::nn::spiking_encoder::layer::{LaidLayer, Layer, LayerGradient};
+use crate::nn::spiking_encoder::layer::{LaidLayer, Layer, LayerGradient, Sparse};
 use crate::nn::spiking_encoder::{Frame, LaidOut, SpikingEncoder};
 
 /// The backward pass along some frames, compiled for several instruction sets.
@@ -27,12 +27,15 @@ struct Later {
     voltage: Vec<f32>,
     current: Vec<f32>,
     spikes: Vec<f32>,
+    /// The gradient of the currents again, without zeros, for the layer below.
+    sparse: Sparse,
 }
 
 impl Later {
     fn nothing(layer: &Layer) -> Self {
         let none = || vec![0.0; layer.neurons()];
-        Self { voltage: none(), current: none(), spikes: none() }
+        let sparse = Sparse::default();
+        Self { voltage: none(), current: none(), spikes: none(), sparse }
     }
 
     /// Adds the gradient of voltages that were read.
@@ -49,7 +52,7 @@ impl Later {
 struct Above<'a> {
     layer: &'a Layer,
     laid: &'a LaidLayer,
-    d_current: &'a [f32],
+    d_current: &'a Sparse,
 }
 
 impl<S: Spike> WithSimd for Backward<'_, S> {
@@ -101,21 +104,18 @@ impl<'a, S: Spike> Backward<'a, S> {
             let (here, voltage) = (&mut here[index], &frame.voltage[index]);
             if let Some(above) = above.first() {
                 let (layer, laid) = (&layers[index + 1], &self.weights.layers[index + 1]);
-                let above = Above { layer, laid, d_current: &above.current };
+                let above = Above { layer, laid, d_current: &above.sparse };
                 self.spikes_back(simd, voltage, &above, &mut here.spikes);
                 self.neurons_back(voltage, here);
             } else {
                 self.neurons_back(voltage, here);
                 read.into_iter().for_each(|read| here.read(read));
             }
-            let gradient = &mut gradients[index];
-            for pixel in here.current.chunks_exact(layers[index].outputs) {
-                for (sum, d) in gradient.bias.iter_mut().zip(pixel) {
-                    *sum += d;
-                }
+            if index > 0 {
+                here.sparse.fill(&here.current, layers[index].outputs);
             }
             let input = index.checked_sub(1).map_or(&frame.input, |below| &frame.spikes[below]);
-            layers[index].weights_back(simd, input, &here.current, &mut gradient.weights);
+            layers[index].parameters_back(simd, input, &here.current, &mut gradients[index]);
         }
     }
 

@@ -45,6 +45,40 @@ pub(super) struct LayerGradient {
     pub(super) bias: Vec<f32>,
 }
 
+/// Gradient of a layer's currents in one frame, where it is not 0: few of a layer's neurons are near
+/// their threshold, and only through those it comes.
+#[derive(Debug, Default)]
+pub(super) struct Sparse {
+    /// Channel and gradient, pixel by pixel.
+    entries: Vec<(u32, f32)>,
+    /// Where each pixel's entries end.
+    ends: Vec<u32>,
+}
+
+impl Sparse {
+    /// Takes the gradient of all neurons.
+    #[inline(always)]
+    pub(super) fn fill(&mut self, d_current: &[f32], channels: usize) {
+        self.entries.resize(d_current.len(), (0, 0.0));
+        self.ends.clear();
+        // Every entry is written, and stays where there was no 0: no jumps to guess.
+        let mut end = 0;
+        for pixel in d_current.chunks_exact(channels) {
+            for (channel, d) in pixel.iter().enumerate() {
+                self.entries[end] = (channel as u32, *d);
+                end += usize::from(*d != 0.0);
+            }
+            self.ends.push(end as u32);
+        }
+    }
+
+    #[inline(always)]
+    fn pixel(&self, pixel: usize) -> &[(u32, f32)] {
+        let first = if pixel == 0 { 0 } else { self.ends[pixel - 1] };
+        &self.entries[first as usize..self.ends[pixel] as usize]
+    }
+}
+
 impl Layer {
     pub(super) fn new(
         layout: &mut Layout,
@@ -152,30 +186,33 @@ impl Layer {
         }
     }
 
-    /// Adds the gradient of the weights, given that of the currents.
+    /// Adds the gradients of weights and biases, given that of the currents.
     ///
     /// Shapes: `input` rising.
     #[inline(always)]
-    pub(super) fn weights_back<V: Simd>(
+    pub(super) fn parameters_back<V: Simd>(
         &self,
         simd: V,
         input: &[Sent],
         d_current: &[f32],
-        d_weights: &mut [f32],
+        gradient: &mut LayerGradient,
     ) {
         let (n, mut left) = (self.outputs, input);
+        for pixel in d_current.chunks_exact(n) {
+            add_scaled(simd, &mut gradient.bias, 1.0, pixel);
+        }
         while !left.is_empty() {
             let (pixel, spikes, rest) = self.next_pixel(left);
             left = rest;
             let first = pixel * self.inputs;
             for (row, tap_row) in windows(pixel / self.side, self.half()) {
                 for (column, tap_column) in windows(pixel % self.side, self.half()) {
-                    let target = row * self.half() + column;
-                    let from = &d_current[target * n..(target + 1) * n];
+                    let target = (row * self.half() + column) * n;
+                    let from = &d_current[target..target + n];
                     let tap = tap_row * KERNEL + tap_column;
                     for (neuron, value) in spikes {
                         let row = ((*neuron as usize - first) * TAPS + tap) * n;
-                        add_scaled(simd, &mut d_weights[row..row + n], *value, from);
+                        add_scaled(simd, &mut gradient.weights[row..row + n], *value, from);
                     }
                 }
             }
@@ -202,85 +239,21 @@ impl Layer {
         &self,
         simd: V,
         laid: &LaidLayer,
-        d_current: &[f32],
+        d_current: &Sparse,
         pixel: usize,
         d_sent: &mut [f32],
     ) {
-        let pairs = self.inputs / (2 * V::F32_LANES);
-        for pair in 0..pairs {
-            let first = 2 * pair * V::F32_LANES;
-            let [low, high] = self.lanes_back(simd, laid, d_current, (pixel, first));
-            let (to, _) = V::as_mut_simd_f32s(&mut d_sent[first..]);
-            (to[0], to[1]) = (low, high);
-        }
-        for (channel, d) in d_sent.iter_mut().enumerate().skip(2 * pairs * V::F32_LANES) {
-            *d = self.channel_back(laid, d_current, (pixel, channel));
-        }
-    }
-
-    /// Two vectors of [`Layer::input_back`], from channel `first` on.
-    #[inline(always)]
-    fn lanes_back<V: Simd>(
-        &self,
-        simd: V,
-        laid: &LaidLayer,
-        d_current: &[f32],
-        (pixel, first): (usize, usize),
-    ) -> [V::f32s; 2] {
-        let (y, x) = (pixel / self.side, pixel % self.side);
-        let none = simd.splat_f32s(0.0);
-        // Two sums of each, so that none need wait for the one before.
-        let [mut even_low, mut even_high, mut odd_low, mut odd_high] = [none; 4];
-        for (row, tap_row) in windows(y, self.half()) {
-            for (column, tap_column) in windows(x, self.half()) {
-                let target = (row * self.half() + column) * self.outputs;
-                let tap = (tap_row * KERNEL + tap_column) * self.outputs;
-                let weights = &laid.by_tap[tap * self.inputs..(tap + self.outputs) * self.inputs];
-                let from = &d_current[target..target + self.outputs];
-                let rows = weights.chunks_exact(2 * self.inputs);
-                let last = rows.remainder();
-                for (d, rows) in from.chunks_exact(2).zip(rows) {
-                    let (even, odd) = rows.split_at(self.inputs);
-                    let (even, _) = V::as_simd_f32s(&even[first..]);
-                    let (odd, _) = V::as_simd_f32s(&odd[first..]);
-                    let factors = [simd.splat_f32s(d[0]), simd.splat_f32s(d[1])];
-                    even_low = simd.mul_add_e_f32s(factors[0], even[0], even_low);
-                    even_high = simd.mul_add_e_f32s(factors[0], even[1], even_high);
-                    odd_low = simd.mul_add_e_f32s(factors[1], odd[0], odd_low);
-                    odd_high = simd.mul_add_e_f32s(factors[1], odd[1], odd_high);
-                }
-                if let ([.., d], false) = (from, last.is_empty()) {
-                    let (row, _) = V::as_simd_f32s(&last[first..]);
-                    even_low = simd.mul_add_e_f32s(simd.splat_f32s(*d), row[0], even_low);
-                    even_high = simd.mul_add_e_f32s(simd.splat_f32s(*d), row[1], even_high);
+        let n = self.inputs;
+        d_sent.fill(0.0);
+        for (row, tap_row) in windows(pixel / self.side, self.half()) {
+            for (column, tap_column) in windows(pixel % self.side, self.half()) {
+                let tap = tap_row * KERNEL + tap_column;
+                for (output, d) in d_current.pixel(row * self.half() + column) {
+                    let weights = (tap * self.outputs + *output as usize) * n;
+                    add_scaled(simd, d_sent, *d, &laid.by_tap[weights..weights + n]);
                 }
             }
         }
-        [simd.add_f32s(even_low, odd_low), simd.add_f32s(even_high, odd_high)]
-    }
-
-    /// One channel of [`Layer::input_back`].
-    #[inline(always)]
-    fn channel_back(
-        &self,
-        laid: &LaidLayer,
-        d_current: &[f32],
-        (pixel, channel): (usize, usize),
-    ) -> f32 {
-        let (y, x) = (pixel / self.side, pixel % self.side);
-        let mut sum = 0.0;
-        for (row, tap_row) in windows(y, self.half()) {
-            for (column, tap_column) in windows(x, self.half()) {
-                let target = (row * self.half() + column) * self.outputs;
-                let tap = channel * TAPS + tap_row * KERNEL + tap_column;
-                let weights = &laid.by_input[tap * self.outputs..(tap + 1) * self.outputs];
-                let from = &d_current[target..target + self.outputs];
-                for (d, weight) in from.iter().zip(weights) {
-                    sum += d * weight;
-                }
-            }
-        }
-        sum
     }
 }
 
@@ -374,19 +347,14 @@ impl<S: Spike> Advance<'_, S> {
         }
         self.spikes.clear();
         for (block, voltage) in self.voltage.chunks(BLOCK).enumerate() {
-            let mut any = false;
-            for v in voltage {
-                any |= S::fire(v - self.threshold) != 0.0;
-            }
-            if !any {
-                continue;
-            }
+            // Every entry is written, and stays where there was a spike: no jumps to guess.
+            let (mut sent, mut end) = ([(0, 0.0); BLOCK + 1], 0);
             for (lane, v) in voltage.iter().enumerate() {
-                let sent = S::fire(v - self.threshold);
-                if sent != 0.0 {
-                    self.spikes.push(((block * BLOCK + lane) as u32, sent));
-                }
+                let value = S::fire(v - self.threshold);
+                sent[end] = ((block * BLOCK + lane) as u32, value);
+                end += usize::from(value != 0.0);
             }
+            self.spikes.extend_from_slice(&sent[..end]);
         }
     }
 }

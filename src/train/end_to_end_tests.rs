@@ -67,6 +67,20 @@ fn encoder_learns_at_its_own_rate_and_stays_at_rate_0() {
 }
 
 #[test]
+fn encoders_learn_with_actors_of_other_forms() {
+    let (encoder, mut config) = (encoder(), config());
+    config.average = 0.0;
+    config.flight.ticks_per_round = 3;
+    for variant in ["naive", "fixed"] {
+        config.network.variant = Some(variant.to_owned());
+        let mut training = ActorTraining::new(&config, Some(&encoder), 1).unwrap();
+        training.run_round(|_| {});
+        let network = EemSan::from_bytes("n", "w", &training.weights()).unwrap();
+        assert_ne!(network.encoder.as_ref(), Some(&encoder), "{variant}");
+    }
+}
+
+#[test]
 fn sight_that_learns_sees_what_the_fixed_one_sees() {
     let encoder = encoder();
     let mut fixed = Sight::Fixed(FloatEncoder::new(&encoder));

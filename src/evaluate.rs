@@ -3,6 +3,7 @@
 mod agreement;
 mod condition;
 mod damage;
+mod degradation;
 mod driver;
 mod recording;
 
@@ -11,6 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub use agreement::{Agreement, AgreementError, Comparison, LayerAgreement};
 pub use condition::{CONDITIONS, Condition};
 pub use damage::{Damage, DamageError};
+pub use degradation::{DEGRADATIONS, Degradation, DegradedPart};
 pub use driver::{Driver, DriverKind, EngineKind};
 pub use recording::{RASTER_NEURONS_MAX, Recording, Tick, check_recordable, record};
 

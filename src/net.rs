@@ -11,6 +11,7 @@ pub mod error;
 pub mod integer;
 pub mod network;
 mod tensors;
+pub mod weight_fault;
 
 pub use bdett::Bdett;
 pub use controller::Controller;

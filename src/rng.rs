@@ -36,6 +36,10 @@ pub mod stream {
     pub const FAULTS_SYNAPSES: &str = "faults.synapses";
     /// Order in which cores of a faulty chip die.
     pub const FAULTS_CORES: &str = "faults.cores";
+    /// Noise of a degraded laser, one draw per sector and control tick.
+    pub const LASER_FAULT: &str = "laser.fault";
+    /// Noise on degraded weights, and which are lost; one counter value per layer.
+    pub const WEIGHT_FAULTS: &str = "weights.fault";
     /// Stimuli made by the trace tool and by benches.
     pub const STIMULUS: &str = "stimulus";
     /// Initial weights, one counter value per tensor.

@@ -9,6 +9,7 @@ mod bounded_file;
 pub mod dvs;
 pub mod geometry;
 pub mod laser;
+pub mod laser_fault;
 pub mod mover;
 pub mod pairs;
 pub mod robot;

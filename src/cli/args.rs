@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
-use spikeloop::evaluate::CONDITIONS;
+use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS};
 use spikeloop::nn::variant::VARIANTS;
 use spikeloop::study::AXES;
 use spikeloop::world::arena::EVALUATION_PAIRS;
@@ -301,7 +301,7 @@ pub(super) struct DriveArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct EvaluateArgs {
-    /// What drives: everything that `drive` takes
+    /// What drives: everything that `drive` takes; chip:NETWORK compiles it first
     #[arg(default_values = ["eem-san", "laser-only", "straight"], value_name = "NETWORK")]
     pub(super) networks: Vec<String>,
     /// Weights of the networks that take some
@@ -317,6 +317,13 @@ pub(super) struct EvaluateArgs {
         value_parser = PossibleValuesParser::new(CONDITIONS.map(|condition| condition.name))
     )]
     pub(super) conditions: Vec<String>,
+    /// Fly degraded as well, each condition with this; may be given several times
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_parser = PossibleValuesParser::new(DEGRADATIONS.map(|degradation| degradation.name))
+    )]
+    pub(super) degraded: Vec<String>,
     /// Trials per map: the first pairs of the evaluation
     #[arg(long, default_value_t = EVALUATION_PAIRS, value_name = "N", value_parser = up_to(PAIRS_MAX))]
     pub(super) trials: usize,

@@ -13,7 +13,7 @@ use crate::cli::output::{check_outputs, header, say};
 use crate::cli::{Failure, Verdict, inspect, output};
 
 /// Policy when none is named.
-const POLICY_DEFAULT: &str = "nearest";
+pub(super) const POLICY_DEFAULT: &str = "nearest";
 
 pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
     let inputs = [Path::new(&args.network), Path::new(&args.chip)];

@@ -2,12 +2,16 @@
 
 use std::path::Path;
 
+use hw_model::ChipSpec;
 use spikeloop::closed_loop::planner::Knowledge;
+use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Driver, EngineKind};
-use spikeloop::host::Deployment;
-use spikeloop::net::builtin;
+use spikeloop::host::{Deployment, Schedule};
+use spikeloop::net::weight_fault::WeightFault;
+use spikeloop::net::{Controller, builtin};
 
 use crate::cli::Failure;
+use crate::cli::compile::POLICY_DEFAULT;
 
 /// Name of the driver that needs no network.
 pub(super) const STRAIGHT: &str = "straight";
@@ -18,15 +22,19 @@ const PLANNERS: [(&str, Knowledge); 3] = [
     ("planner-laser", Knowledge::Laser),
 ];
 
-/// A driver for each name: core maps (chip), networks of any kind (float), `straight`,
-/// planners.
+/// Before the name of a network that is to be compiled and flown on the chip.
+const ON_CHIP: &str = "chip:";
+
+/// A driver for each name: core maps (chip), networks of any kind (float, or with `chip:` before
+/// the name compiled), `straight`, planners.
 /// `weights` are for the networks that take some.
 pub(super) fn drivers(
     names: &[String],
     weights: Option<&Path>,
     engine: EngineKind,
 ) -> Result<Vec<Driver>, Failure> {
-    let takes_weights = |name: &String| is_network(name) && builtin::takes_weights(name);
+    let takes_weights =
+        |name: &String| is_network(name) && builtin::takes_weights(network_of(name));
     if let (Some(weights), false) = (weights, names.iter().any(takes_weights)) {
         return Err(format!(
             "{}: weights are for networks with a description, and there is none among the \
@@ -38,8 +46,54 @@ pub(super) fn drivers(
     names.iter().map(|name| driver(name, weights, engine)).collect()
 }
 
+/// The driver of this name with degraded weights, drawn with `seed`.
+///
+/// Errors: a name that is not a network's.
+pub(super) fn degraded_driver(
+    name: &str,
+    weights: Option<&Path>,
+    fault: WeightFault,
+    seed: u64,
+) -> Result<Driver, Failure> {
+    if !is_network(name) {
+        return Err(format!(
+            "{name}: only the weights of a network can be degraded; leave it out, or give a core \
+             map's network with {ON_CHIP} before its name"
+        )
+        .into());
+    }
+    network_driver(name, weights, EngineKind::Event, |network| fault.apply(&network, seed))
+}
+
+/// The network of this name, changed by `change`, in floats or compiled.
+fn network_driver(
+    name: &str,
+    weights: Option<&Path>,
+    engine: EngineKind,
+    change: impl FnOnce(Controller) -> Controller,
+) -> Result<Driver, Failure> {
+    let network = network_of(name);
+    let weights = weights.filter(|_| builtin::takes_weights(network));
+    let controller = change(builtin::open(network, weights)?);
+    if network == name {
+        return Ok(Driver::controller(&controller));
+    }
+    let policy = Policy::named(POLICY_DEFAULT)?;
+    let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
+    let deployment = Deployment::of_controller(&controller, &policy, &chip, None, schedule)?;
+    chip_driver(deployment, name, engine)
+}
+
+/// The name without what says that it is to be compiled.
+fn network_of(name: &str) -> &str {
+    name.strip_prefix(ON_CHIP).unwrap_or(name)
+}
+
 /// Whether `name` is a network file, a built-in network, or neither that nor a file.
 fn is_network(name: &str) -> bool {
+    if name.starts_with(ON_CHIP) {
+        return true;
+    }
     let path = Path::new(name);
     match path.extension() {
         Some(extension) => extension == "toml" || extension == "safetensors",
@@ -63,8 +117,7 @@ fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driv
         return Ok(Driver::planner(knowledge));
     }
     if is_network(name) {
-        let weights = weights.filter(|_| builtin::takes_weights(name));
-        return Ok(Driver::controller(&builtin::open(name, weights)?));
+        return network_driver(name, weights, engine, |network| network);
     }
     if Path::new(name).extension().is_some_and(|extension| extension == "json") {
         return Err(no_program(name));

@@ -6,8 +6,9 @@ use std::time::Instant;
 use hw_model::container;
 use indicatif::ProgressBar;
 use spikeloop::closed_loop::TrialConfig;
-use spikeloop::evaluate::{CONDITIONS, Condition, Driver, EngineKind, fly};
+use spikeloop::evaluate::{CONDITIONS, Condition, Degradation, Driver, EngineKind, fly};
 use spikeloop::files;
+use spikeloop::net::weight_fault::WeightFault;
 use spikeloop::report::energy::{ENERGY_NOTE, speed_line, success_energy};
 use spikeloop::report::plot::trajectories;
 use spikeloop::report::results::{
@@ -22,7 +23,7 @@ use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::EvaluateArgs;
 use crate::cli::drive::all_threads;
-use crate::cli::drivers::{drivers, last_seed, maps};
+use crate::cli::drivers::{degraded_driver, drivers, last_seed, maps};
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
@@ -83,6 +84,8 @@ struct Evaluation<'a> {
     drivers: Vec<Driver>,
     maps: Vec<Map>,
     conditions: Vec<&'static Condition>,
+    /// Nothing first, then what is degraded.
+    degradations: Vec<Option<&'static Degradation>>,
     seeds: Vec<u64>,
     threads: usize,
     known: Option<SuccessTable>,
@@ -94,6 +97,7 @@ struct Task<'a> {
     driver: &'a Driver,
     map: &'a Map,
     condition: &'static Condition,
+    degradation: Option<&'static Degradation>,
     seed: u64,
 }
 
@@ -103,8 +107,15 @@ impl<'a> Task<'a> {
             network: &self.driver.label,
             map: &self.map.name,
             condition: self.condition.name,
+            degraded: self.degradation.map(|degradation| degradation.name),
             seed: self.seed,
         }
+    }
+
+    /// `config` as the trials of this cell fly.
+    fn config(&self, config: &TrialConfig) -> TrialConfig {
+        let config = self.condition.config(config);
+        self.degradation.map_or_else(|| config.clone(), |degradation| degradation.config(&config))
     }
 }
 
@@ -116,6 +127,7 @@ impl<'a> Evaluation<'a> {
         each_once("network", &args.networks)?;
         each_once("--map", &args.maps)?;
         each_once("--condition", &args.conditions)?;
+        each_once("--degraded", &args.degraded)?;
         let mut drivers = drivers(&args.networks, args.weights.as_deref(), EngineKind::Event)?;
         for (driver, name) in drivers.iter_mut().zip(&args.networks) {
             driver.label.clone_from(name);
@@ -139,10 +151,12 @@ impl<'a> Evaluation<'a> {
             drivers,
             maps: maps.collect::<Result<_, Failure>>()?,
             conditions: CONDITIONS.iter().filter(wanted).collect(),
+            degradations: degradations(&args.degraded),
             seeds: (args.seed..=seed_last).collect(),
             threads: args.threads.unwrap_or_else(all_threads),
             known: None,
         };
+        evaluation.check_weights()?;
         evaluation.known = evaluation.read_state()?;
         if let Some(folder) = &args.plot {
             std::fs::create_dir_all(folder)
@@ -150,6 +164,21 @@ impl<'a> Evaluation<'a> {
             files::check_writable(&folder.join("picture.svg"))?;
         }
         Ok(evaluation)
+    }
+
+    /// Errs now for a driver whose weights cannot be degraded, not hours later.
+    fn check_weights(&self) -> Result<(), Failure> {
+        let faults = self.degradations.iter().flatten().filter_map(|it| it.weights());
+        for fault in faults {
+            for driver in &self.drivers {
+                self.degraded(driver, fault, self.args.seed)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn degraded(&self, driver: &Driver, fault: WeightFault, seed: u64) -> Result<Driver, Failure> {
+        degraded_driver(&driver.label, self.args.weights.as_deref(), fault, seed)
     }
 
     /// The state file, when there is one, and only if it goes with what is to be flown.
@@ -193,9 +222,12 @@ impl<'a> Evaluation<'a> {
         let mut tasks = Vec::new();
         for driver in &self.drivers {
             for condition in self.conditions.iter().copied() {
-                for map in &self.maps {
-                    let task = |seed: &u64| Task { driver, map, condition, seed: *seed };
-                    tasks.extend(self.seeds.iter().map(task));
+                for degradation in self.degradations.iter().copied() {
+                    for map in &self.maps {
+                        let task =
+                            |seed: &u64| Task { driver, map, condition, degradation, seed: *seed };
+                        tasks.extend(self.seeds.iter().map(task));
+                    }
                 }
             }
         }
@@ -230,14 +262,18 @@ impl<'a> Evaluation<'a> {
     }
 
     fn fly_one(&self, task: &Task, bar: &ProgressBar) -> Result<Cell, Failure> {
-        let Task { driver, map, condition, seed } = *task;
-        let name = format!("{}, {}, {condition}, seed {seed}", driver.label, map.name);
+        let Task { driver, map, condition, degradation, seed } = *task;
+        let under = degradation.map_or_else(String::new, |it| format!(", {}", it.name));
+        let name = format!("{}, {}, {condition}{under}, seed {seed}", driver.label, map.name);
         bar.set_message(name.clone());
-        let (world, config) = (map.world(condition), condition.config(&self.config));
+        let broken = degradation.and_then(Degradation::weights);
+        let broken = broken.map(|fault| self.degraded(driver, fault, seed)).transpose()?;
+        let flies = broken.as_ref().unwrap_or(driver);
+        let (world, config) = (map.world(condition), task.config(&self.config));
         let started = Instant::now();
-        let flown = fly(world, &map.pairs, &config, driver, seed, self.threads, &|| bar.inc(1))?;
+        let flown = fly(world, &map.pairs, &config, flies, seed, self.threads, &|| bar.inc(1))?;
         let wall_s = started.elapsed().as_secs_f64();
-        let result = DriverResult::new(driver, seed, &flown, wall_s);
+        let result = DriverResult::new(flies, seed, &flown, wall_s);
         let summary = result.summary.clone();
         bar.suspend(|| {
             say(format_args!("{name}: {} of {} ({wall_s:.1} s)", summary.success, summary.trials))?;
@@ -253,6 +289,7 @@ impl<'a> Evaluation<'a> {
             map: map.name.clone(),
             map_digest: map.digest.clone(),
             condition: condition.name.to_owned(),
+            degraded: degradation.map(|degradation| degradation.name.to_owned()),
             seed,
             revision: REVISION.to_owned(),
             camera: driver.needs_camera(),
@@ -264,11 +301,12 @@ impl<'a> Evaluation<'a> {
     fn picture(&self, task: &Task) -> Option<PathBuf> {
         let folder = self.args.plot.as_ref().filter(|_| task.seed == self.args.seed)?;
         let (network, map) = (file_name(&task.driver.label), file_name(&task.map.name));
-        Some(folder.join(format!("{network}_{map}_{}.svg", task.condition.name)))
+        let under = task.degradation.map_or_else(String::new, |it| format!("_{}", it.name));
+        Some(folder.join(format!("{network}_{map}_{}{under}.svg", task.condition.name)))
     }
 
     fn drive_result(&self, task: &Task, driver: DriverResult) -> Result<DriveResult, Failure> {
-        let config = task.driver.config(&task.condition.config(&self.config))?;
+        let config = task.driver.config(&task.config(&self.config))?;
         Ok(DriveResult {
             format: RESULT_FORMAT,
             revision: REVISION.to_owned(),
@@ -279,6 +317,12 @@ impl<'a> Evaluation<'a> {
             drivers: vec![driver],
         })
     }
+}
+
+/// Nothing, then each that is named.
+fn degradations(names: &[String]) -> Vec<Option<&'static Degradation>> {
+    let named = names.iter().map(|name| Degradation::named(name).expect("clap knows the names"));
+    [None].into_iter().chain(named.map(Some)).collect()
 }
 
 /// Errs when a name occurs twice: rows of the table and pictures go by name.

@@ -3,6 +3,7 @@
 use crate::world::PHYSICS_HZ;
 use crate::world::dvs::{CameraConfig, CameraError};
 use crate::world::laser::LASER_NOISE_M;
+use crate::world::laser_fault::LaserFault;
 use crate::world::robot::{Actuators, ROBOT_RADIUS_M, WHEEL_SPEED_M_PER_S_MIN};
 
 /// What all trials of an evaluation have in common.
@@ -22,6 +23,8 @@ pub struct TrialConfig {
     pub robot_radius_m: f64,
     /// Standard deviation of the range noise of each laser ray.
     pub laser_noise_m: f64,
+    /// What is wrong with the laser besides; `None` when it works.
+    pub laser_fault: Option<LaserFault>,
     /// Whether `0.99 a + 0.01 N(0, 1)` drives the wheels in place of the action `a`.
     pub action_noise: bool,
     /// The event camera on the robot; `None` flies without one.
@@ -70,6 +73,7 @@ impl TrialConfig {
             goal_radius_m: 0.5,
             robot_radius_m: ROBOT_RADIUS_M,
             laser_noise_m: LASER_NOISE_M,
+            laser_fault: None,
             action_noise: true,
             camera: None,
         }

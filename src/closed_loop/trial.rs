@@ -89,12 +89,16 @@ impl<'w> Trial<'w> {
         let pose = self.robot.pose();
         let twist = self.robot.twist();
         let mut noise = self.streams.at(stream::LASER_NOISE, self.ticks);
+        let mut laser_m = self.laser.front_m(self.world, self.steps, &pose, &mut noise);
+        if let Some(fault) = self.config.laser_fault {
+            fault.apply(&mut laser_m, &mut self.streams.at(stream::LASER_FAULT, self.ticks));
+        }
         Observation {
             goal_direction_rad: pose.bearing_rad(self.goal),
             goal_distance_m: self.goal_distance_m(),
             linear_m_per_s: twist.linear_m_per_s.abs(),
             angular_rad_per_s: twist.angular_rad_per_s,
-            laser_m: self.laser.front_m(self.world, self.steps, &pose, &mut noise),
+            laser_m,
             wheel_speed_m_per_s_max: self.config.wheel_speed_m_per_s_max,
             frames: self.frames.clone(),
         }

@@ -23,6 +23,16 @@ impl Controller {
         }
     }
 
+    /// Weights of every spiking layer: the encoder's, then the fully connected ones.
+    pub fn weights_mut(&mut self) -> Vec<&mut Vec<f32>> {
+        match self {
+            Self::Described(network) => {
+                network.layers.iter_mut().map(|layer| &mut layer.weights).collect()
+            }
+            Self::EemSan(network) => network.weights_mut(),
+        }
+    }
+
     /// Name and threshold of every fully connected layer.
     pub fn thresholds(&self) -> Vec<(String, f64)> {
         let of = |layer: &crate::net::Layer| (layer.name.clone(), layer.threshold);

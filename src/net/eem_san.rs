@@ -278,6 +278,15 @@ impl EemSan {
         [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten()
     }
 
+    /// Weights of every spiking layer: encoder, branches, decision module.
+    pub fn weights_mut(&mut self) -> Vec<&mut Vec<f32>> {
+        let encoder = self.encoder.iter_mut().flat_map(|encoder| &mut encoder.layers);
+        let encoder = encoder.map(|layer| &mut layer.weights);
+        let branches = [Some(&mut self.laser), self.dvs.as_mut()].into_iter().flatten();
+        let fused = branches.filter_map(|branch| branch.layer.as_mut());
+        encoder.chain(fused.chain(&mut self.decision).map(|layer| &mut layer.weights)).collect()
+    }
+
     /// All fully connected layers: those of the branches, then the decision module.
     pub fn dense_layers(&self) -> impl Iterator<Item = &Layer> {
         self.branches().filter_map(|branch| branch.layer.as_ref()).chain(&self.decision)

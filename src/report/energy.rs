@@ -28,7 +28,11 @@ pub fn driver_energy(drivers: &[DriverResult]) -> Option<Table> {
 pub fn success_energy(table: &SuccessTable) -> Option<Table> {
     let mut rows: Vec<Row> = Vec::new();
     for cell in &table.cells {
-        let name = vec![cell.condition.clone(), cell.network.clone(), cell.map.clone()];
+        let condition = match &cell.degraded {
+            None => cell.condition.clone(),
+            Some(degraded) => format!("{}, {degraded}", cell.condition),
+        };
+        let name = vec![condition, cell.network.clone(), cell.map.clone()];
         match rows.iter_mut().find(|(other, _)| *other == name) {
             Some((_, summaries)) => summaries.push(&cell.summary),
             None => rows.push((name, vec![&cell.summary])),

@@ -1,11 +1,13 @@
 //! The success table: networks, maps, conditions and seeds, as data and as text.
 
+use core::fmt;
+
 use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::TrialConfig;
-use crate::evaluate::CONDITIONS;
+use crate::evaluate::{CONDITIONS, Condition, DEGRADATIONS};
 use crate::report::bars::{Bar, bars};
 use crate::report::results::{CameraSettings, Summary};
 use crate::report::table_file::{TableError, check_settings, table_of};
@@ -72,6 +74,9 @@ pub struct Cell {
     pub map_digest: String,
     /// Name of the condition.
     pub condition: String,
+    /// Name of what was degraded; `None` when nothing was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degraded: Option<String>,
     /// Seed of the random streams.
     pub seed: u64,
     /// Revision of the program that flew it.
@@ -122,7 +127,7 @@ pub enum SuccessError {
     },
 }
 
-/// What a cell is of: network, map, condition, seed.
+/// What a cell is of: network, map, condition, what is degraded, seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CellKey<'a> {
     /// The network as it was typed.
@@ -131,6 +136,8 @@ pub struct CellKey<'a> {
     pub map: &'a str,
     /// Name of the condition.
     pub condition: &'a str,
+    /// Name of what is degraded, if anything is.
+    pub degraded: Option<&'a str>,
     /// Seed of the random streams.
     pub seed: u64,
 }
@@ -164,6 +171,7 @@ impl Cell {
             network: &self.network,
             map: &self.map,
             condition: &self.condition,
+            degraded: self.degraded.as_deref(),
             seed: self.seed,
         }
     }
@@ -243,14 +251,55 @@ impl SuccessTable {
     }
 
     /// Mean success rate of all seeds, and that of each seed; `None` where nothing was flown.
-    fn rates(&self, network: &str, map: &str, condition: &str) -> Option<(f64, Vec<f64>)> {
-        let same = |cell: &&Cell| {
-            cell.network == network && cell.map == map && cell.condition == condition
-        };
+    fn rates(&self, network: &str, map: &str, under: &Under) -> Option<(f64, Vec<f64>)> {
+        let same = |cell: &&Cell| cell.network == network && cell.map == map && under.is_of(cell);
         let rates: Vec<f64> = self.cells.iter().filter(same).map(Cell::rate).collect();
         let mean = rates.iter().sum::<f64>() / rates.len() as f64;
         (!rates.is_empty()).then_some((mean, rates))
     }
+}
+
+/// A condition, and what is degraded in it.
+#[derive(Debug, Clone, Copy)]
+struct Under<'a> {
+    /// Place in [`CONDITIONS`].
+    index: usize,
+    degraded: Option<&'a str>,
+}
+
+impl Under<'_> {
+    fn condition(&self) -> &'static Condition {
+        &CONDITIONS[self.index]
+    }
+
+    fn is_of(&self, cell: &Cell) -> bool {
+        cell.condition == self.condition().name && cell.degraded.as_deref() == self.degraded
+    }
+}
+
+impl fmt::Display for Under<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.degraded {
+            None => write!(f, "{}", self.condition()),
+            Some(name) => write!(f, "{}, {name}", self.condition()),
+        }
+    }
+}
+
+/// What the cells of a table were flown under, in the order of the conditions, whole first.
+fn all_under(table: &SuccessTable) -> Vec<Under<'_>> {
+    let mut all = Vec::new();
+    for index in 0..CONDITIONS.len() {
+        let mut names: Vec<Option<&str>> = Vec::new();
+        for cell in table.cells.iter().filter(|cell| cell.condition == CONDITIONS[index].name) {
+            if !names.contains(&cell.degraded.as_deref()) {
+                names.push(cell.degraded.as_deref());
+            }
+        }
+        names.sort_by_key(|name| DEGRADATIONS.iter().position(|known| Some(known.name) == *name));
+        all.extend(names.into_iter().map(|degraded| Under { index, degraded }));
+    }
+    all
 }
 
 /// Success rates: a row for each condition and network, the paper's below; for each map the mean
@@ -263,20 +312,17 @@ pub fn success_table(table: &SuccessTable) -> Table {
     let columns = columns.iter().flatten().map(String::as_str);
     let header: Vec<&str> = ["condition", "network"].into_iter().chain(columns).collect();
     let mut text = plain(&header);
-    for (index, condition) in CONDITIONS.iter().enumerate() {
-        if table.cells.iter().all(|cell| cell.condition != condition.name) {
-            continue;
-        }
+    for under in all_under(table) {
         for network in &networks {
-            let ours = maps.iter().flat_map(|map| ours(table, network, map, condition.name));
-            text.add_row([condition.to_string(), (*network).to_owned()].into_iter().chain(ours));
+            let ours = maps.iter().flat_map(|map| ours(table, network, map, &under));
+            text.add_row([under.to_string(), (*network).to_owned()].into_iter().chain(ours));
         }
-        if !maps.iter().any(|map| PAPER_MAPS.contains(map)) {
+        if under.degraded.is_some() || !maps.iter().any(|map| PAPER_MAPS.contains(map)) {
             continue;
         }
         for (network, rates) in &PAPER {
-            let theirs = maps.iter().flat_map(|map| theirs(&rates[index], map));
-            let name = [condition.to_string(), (*network).to_owned()];
+            let theirs = maps.iter().flat_map(|map| theirs(&rates[under.index], map));
+            let name = [under.to_string(), (*network).to_owned()];
             text.add_row(name.into_iter().chain(theirs));
         }
     }
@@ -287,27 +333,30 @@ pub fn success_table(table: &SuccessTable) -> Table {
 /// EEM-SAN where it has the map.
 pub fn success_bars(table: &SuccessTable) -> String {
     let mut rows = Vec::new();
-    let label =
-        |network: &str, map: &str, condition: &str| format!("{network}, {map}, {condition}");
-    for (index, condition) in CONDITIONS.iter().enumerate() {
+    let label = |network: &str, map: &str, under: &Under| match under.degraded {
+        None => format!("{network}, {map}, {}", under.condition().name),
+        Some(degraded) => format!("{network}, {map}, {}, {degraded}", under.condition().name),
+    };
+    for under in all_under(table) {
         for map in in_order(&table.cells, |cell| &cell.map) {
             let before = rows.len();
             for network in in_order(&table.cells, |cell| &cell.network) {
-                let Some((mean, seeds)) = table.rates(network, map, condition.name) else {
+                let Some((mean, seeds)) = table.rates(network, map, &under) else {
                     continue;
                 };
                 rows.push(Bar {
-                    label: label(network, map, condition.name),
+                    label: label(network, map, &under),
                     values: vec![mean],
                     dots: seeds,
                     said: format!("{mean:.3}"),
                 });
             }
             let place = PAPER_MAPS.iter().position(|known| *known == map);
+            let place = place.filter(|_| under.degraded.is_none());
             if let (Some(place), true) = (place, rows.len() > before) {
                 let (network, rates) = PAPER[PAPER.len() - 1];
-                let rate = rates[index][place];
-                let label = label(network, map, condition.name);
+                let rate = rates[under.index][place];
+                let label = label(network, map, &under);
                 let (values, said) = (vec![0.0, rate], format!("{rate:.3}"));
                 rows.push(Bar { label, values, said, ..Bar::default() });
             }
@@ -321,9 +370,9 @@ pub fn success_bars(table: &SuccessTable) -> String {
     )
 }
 
-/// Mean and each seed of one network, map and condition.
-fn ours(table: &SuccessTable, network: &str, map: &str, condition: &str) -> [String; 2] {
-    match table.rates(network, map, condition) {
+/// Mean and each seed of one network and map under one condition.
+fn ours(table: &SuccessTable, network: &str, map: &str, under: &Under) -> [String; 2] {
+    match table.rates(network, map, under) {
         None => ["-".to_owned(), "-".to_owned()],
         Some((mean, rates)) => {
             let rates: Vec<String> = rates.iter().map(|rate| format!("{rate:.3}")).collect();

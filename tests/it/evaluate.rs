@@ -51,6 +51,41 @@ fn everything_that_drives_can_be_evaluated() {
 }
 
 #[test]
+fn degraded_cells_stand_below_whole_ones_and_are_others() {
+    let folder = Folder::new();
+    let line = "evaluate laser-only chip:laser-only --map courtyard --condition static-0.5 \
+                --trials 2 --ticks-max 40 --seeds 2 --degraded weights-noise --degraded beams-near \
+                --state s.json --json t.json";
+    let ran = folder.good(line);
+    for part in [
+        "laser-only, courtyard, static, 0.5 m/s, weights-noise, seed 2: ",
+        "| static, 0.5 m/s                | chip:laser-only | ",
+        "| static, 0.5 m/s, beams-near    | laser-only      | ",
+        "| static-0.5, weights-noise | chip:laser-only | courtyard | ",
+    ] {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+    assert!(!ran.out.contains("paper"), "{}", ran.out);
+    let cells = folder.json("t.json")["cells"].clone();
+    let path = |network: &str, degraded: Option<&str>, seed: u64| {
+        let of = |cell: &&Value| {
+            cell["network"] == network
+                && cell["seed"] == seed
+                && cell.get("degraded").and_then(Value::as_str) == degraded
+        };
+        let cell = cells.as_array().unwrap().iter().find(of).expect("a cell");
+        cell["summary"].to_string()
+    };
+    for network in ["laser-only", "chip:laser-only"] {
+        let whole = path(network, None, 1);
+        assert_ne!(whole, path(network, Some("beams-near"), 1), "{network}");
+        assert_ne!(whole, path(network, Some("weights-noise"), 1), "{network}");
+    }
+    let again = folder.good(line);
+    assert!(again.out.contains("12 of 12 cells are in the state file already"), "{}", again.out);
+}
+
+#[test]
 fn maps_that_the_paper_has_not_stand_alone() {
     let folder = folder_with_network();
     let ran = folder.good(&format!("{SMALL} --seeds 1 --json t.json"));
@@ -190,6 +225,16 @@ fn evaluations_without_sense_are_refused_before_they_begin() {
             "evaluate straight --condition static-0.5 --condition static-0.5",
             "--condition static-0.5: given twice",
         ),
+        (
+            "evaluate reflex straight --degraded weights-pruned",
+            "straight: only the weights of a network can be degraded; leave it out",
+        ),
+        ("evaluate straight --degraded laser", "possible values: beams-near, beams-far"),
+        (
+            "evaluate straight --degraded beams-far --degraded beams-far",
+            "--degraded beams-far: given twice",
+        ),
+        ("evaluate chip:nobody", "nobody: neither a file nor a built-in network"),
         ("evaluate straight --map garden", "built-in arenas are courtyard"),
         ("evaluate nobody", "nobody: neither a file nor a built-in network"),
         ("evaluate no.safetensors", "no.safetensors: cannot read: "),

@@ -41,7 +41,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("policy", &["rng"]),
     ("world", &["files", "npz", "policy", "rng"]),
     ("closed_loop", &["policy", "rng", "world"]),
-    ("net", &["files", "npz", "policy"]),
+    ("net", &["files", "npz", "policy", "rng"]),
     ("coding", &["net", "policy", "rng"]),
     ("compile", &["net", "policy"]),
     ("cost", &["net"]),

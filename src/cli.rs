@@ -12,6 +12,7 @@ mod evaluate;
 mod inspect;
 mod output;
 mod report;
+mod reproduce;
 mod run;
 mod study;
 mod table5;
@@ -64,6 +65,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Demo(args) => demo::run(&args),
         Verb::Table5(args) => table5::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Reproduce(args) => reproduce::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Train(args) => train::run(&args),
         Verb::Completions { shell } => {

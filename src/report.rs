@@ -12,6 +12,7 @@ pub mod interval;
 pub mod page;
 pub mod plot;
 pub mod replay;
+pub mod reproduction;
 pub mod results;
 pub mod study;
 pub mod study_picture;

@@ -6,10 +6,13 @@ use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
 use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS};
 use spikeloop::nn::variant::VARIANTS;
+use spikeloop::report::reproduction::printed::TABLES;
 use spikeloop::study::AXES;
 use spikeloop::world::arena::EVALUATION_PAIRS;
 use spikeloop::world::pairs::PAIRS_MAX;
 use spikeloop::world::robot::Actuators;
+
+use crate::cli::reproduce::OTHER_PARTS;
 
 /// Most chip steps of a run: more than two hours of 1 ms steps.
 pub(super) const STEPS_MAX: usize = 10_000_000;
@@ -60,6 +63,8 @@ pub(super) enum Verb {
     Agree(AgreeArgs),
     /// Put results of other verbs into one HTML page, with trials to play
     Report(ReportArgs),
+    /// The paper's tables again, from the weights that ship: success, ablation, degraded, costs
+    Reproduce(ReproduceArgs),
     /// Record or check golden traces
     Trace(TraceArgs),
     /// Train the auto-encoder of event frames, or an actor; continues where it was stopped
@@ -559,6 +564,32 @@ pub(super) struct ReportArgs {
     /// Control tick of the picture [default: the middle of the trial]
     #[arg(long, value_name = "N", requires = "picture")]
     pub(super) tick: Option<usize>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct ReproduceArgs {
+    /// Only this part; may be given several times
+    #[arg(long = "only", value_name = "PART", value_parser = PossibleValuesParser::new(parts()))]
+    pub(super) parts: Vec<String>,
+    /// Trials per map: the first pairs of the evaluation
+    #[arg(long, default_value_t = EVALUATION_PAIRS, value_name = "N", value_parser = up_to(PAIRS_MAX))]
+    pub(super) trials: usize,
+    /// First seed of the evaluation
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Number of seeds of the evaluation
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
+    pub(super) seeds: u64,
+    /// Threads, each flying trials of its own; all cores by default
+    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
+    pub(super) threads: Option<usize>,
+    /// Folder for results, and for what is flown already: the same command goes on from there
+    #[arg(short, long, value_name = "FOLDER", default_value = "out/reproduce")]
+    pub(super) output: PathBuf,
+}
+
+fn parts() -> Vec<&'static str> {
+    TABLES.iter().map(|table| table.name).chain(OTHER_PARTS).collect()
 }
 
 #[derive(Debug, ClapArgs)]

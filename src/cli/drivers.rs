@@ -91,7 +91,7 @@ fn network_of(name: &str) -> &str {
 
 /// Whether `name` is a network file, a built-in network, or neither that nor a file.
 fn is_network(name: &str) -> bool {
-    if name.starts_with(ON_CHIP) {
+    if name.starts_with(ON_CHIP) || builtin::is_name(name) {
         return true;
     }
     let path = Path::new(name);

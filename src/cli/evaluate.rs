@@ -77,7 +77,7 @@ impl Map {
 }
 
 /// What to fly.
-struct Evaluation<'a> {
+pub(super) struct Evaluation<'a> {
     args: &'a EvaluateArgs,
     config: TrialConfig,
     settings: SuccessSettings,
@@ -120,7 +120,7 @@ impl<'a> Task<'a> {
 }
 
 impl<'a> Evaluation<'a> {
-    fn prepare(args: &'a EvaluateArgs) -> Result<Self, Failure> {
+    pub(super) fn prepare(args: &'a EvaluateArgs) -> Result<Self, Failure> {
         let inputs = args.networks.iter().chain(&args.maps).map(Path::new);
         let inputs = inputs.chain(args.weights.as_deref());
         check_outputs(args.json.iter().chain(&args.state), inputs)?;
@@ -132,21 +132,15 @@ impl<'a> Evaluation<'a> {
         for (driver, name) in drivers.iter_mut().zip(&args.networks) {
             driver.label.clone_from(name);
         }
-        let config = TrialConfig {
-            actuators: args.actuators,
-            ticks_max: args.ticks_max,
-            ..TrialConfig::eem_san(1.0)
-        };
-        config.check()?;
+        let (config, settings) = (config_of(args)?, Self::settings_of(args)?);
         let seed_last = last_seed(args.seed, "--seeds", args.seeds)?;
         let maps = args.maps.iter().map(|name| Map::open(name, args.trials));
         let wanted = |condition: &&Condition| {
             args.conditions.is_empty() || args.conditions.iter().any(|n| n == condition.name)
         };
-        let camera = CameraConfig::default();
         let mut evaluation = Self {
             args,
-            settings: SuccessSettings::new(args.trials, EVALUATION_SEED, &config, &camera),
+            settings,
             config,
             drivers,
             maps: maps.collect::<Result<_, Failure>>()?,
@@ -164,6 +158,14 @@ impl<'a> Evaluation<'a> {
             files::check_writable(&folder.join("picture.svg"))?;
         }
         Ok(evaluation)
+    }
+
+    /// Settings that all cells share.
+    ///
+    /// Errors: a setting out of its limits.
+    pub(super) fn settings_of(args: &EvaluateArgs) -> Result<SuccessSettings, Failure> {
+        let (config, camera) = (config_of(args)?, CameraConfig::default());
+        Ok(SuccessSettings::new(args.trials, EVALUATION_SEED, &config, &camera))
     }
 
     /// Errs now for a driver whose weights cannot be degraded, not hours later.
@@ -235,7 +237,7 @@ impl<'a> Evaluation<'a> {
     }
 
     /// Flies what the state file does not have, and gives the whole table.
-    fn fly_all(&self) -> Result<SuccessTable, Failure> {
+    pub(super) fn fly_all(&self) -> Result<SuccessTable, Failure> {
         let fresh = || SuccessTable::new(self.settings.clone());
         let mut state = self.known.clone().unwrap_or_else(fresh);
         let tasks = self.tasks();
@@ -317,6 +319,14 @@ impl<'a> Evaluation<'a> {
             drivers: vec![driver],
         })
     }
+}
+
+/// Settings of the trials but for the speed.
+fn config_of(args: &EvaluateArgs) -> Result<TrialConfig, Failure> {
+    let (actuators, ticks_max) = (args.actuators, args.ticks_max);
+    let config = TrialConfig { actuators, ticks_max, ..TrialConfig::eem_san(1.0) };
+    config.check()?;
+    Ok(config)
 }
 
 /// Nothing, then each that is named.

@@ -106,7 +106,7 @@ fn as_result(
     }
 }
 
-fn print(result: &Table5Result) -> Result<(), Failure> {
+pub(super) fn print(result: &Table5Result) -> Result<(), Failure> {
     say(result.caption())?;
     say(ops_table(result))?;
     say(result.ratio_line())?;

@@ -18,8 +18,9 @@ fn all_spiking_weights_and_nothing_else() {
         let saved = before.clone();
         let mut at = 0;
         for layer in broken.weights_mut() {
-            layer.copy_from_slice(&saved[at..at + layer.len()]);
-            at += layer.len();
+            let weights = layer.len();
+            layer.copy_from_slice(&saved[at..at + weights]);
+            at += weights;
         }
         assert_eq!(broken, whole, "{fault:?} changed more than weights");
     }

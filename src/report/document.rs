@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::report::agreement::AgreementResult;
 use crate::report::chip_plan::ChipPlan;
 use crate::report::replay::{Replay, ReplayError};
+use crate::report::reproduction::Reproduction;
 use crate::report::results::{DriveResult, ResultError};
 use crate::report::study::{StudyError, StudyTable};
 use crate::report::success::{SuccessError, SuccessTable};
@@ -57,10 +58,13 @@ pub enum Content {
     Thresholds(ThresholdsResult),
     /// `study --json`.
     Study(Box<StudyTable>),
+    /// `reproduction.json` of `reproduce`.
+    Reproduction(Box<Reproduction>),
 }
 
 /// Kinds of files by fields that only they have, for [`Content::of`].
-const KINDS: [(&[&str], &str); 9] = [
+const KINDS: [(&[&str], &str); 10] = [
+    (&["reproduced", "costs"], "reproduce"),
     (&["points", "axes"], "study --json"),
     (&["episodes"], "drive --replay"),
     (&["drivers", "pairs_mm"], "drive --json"),
@@ -205,6 +209,7 @@ impl Report {
                 Content::Success(_)
                 | Content::Table5(_)
                 | Content::Thresholds(_)
+                | Content::Reproduction(_)
                 | Content::Study(_) => {}
             }
         }
@@ -229,6 +234,11 @@ impl Content {
                 plan.check().map_err(|message| form(file, verb, message))?;
                 Self::Chip(plan)
             }
+            "reproduce" => {
+                let reproduction: Reproduction = typed(file, verb, fields)?;
+                reproduction.check().map_err(|message| form(file, verb, message))?;
+                Self::Reproduction(Box::new(reproduction))
+            }
             _ => Self::Thresholds(typed(file, verb, fields)?),
         })
     }
@@ -244,6 +254,7 @@ impl Content {
             Self::Chip(_) => "inspect --json",
             Self::Thresholds(_) => "thresholds --json",
             Self::Study(_) => "study --json",
+            Self::Reproduction(_) => "reproduce",
         }
     }
 }

@@ -7,6 +7,7 @@ mod flights;
 mod html;
 mod provenance;
 mod replays;
+mod reproductions;
 mod studies;
 
 use html::{Section, paragraph};
@@ -25,6 +26,7 @@ const POLICY: &str =
 pub fn page(report: &Report) -> String {
     let sections: Vec<Section> = [
         replays::section(report),
+        reproductions::section(report),
         flights::success_section(report),
         flights::trajectory_section(report),
         costs::table5_section(report),

@@ -289,9 +289,9 @@ impl fmt::Display for Under<'_> {
 /// What the cells of a table were flown under, in the order of the conditions, whole first.
 fn all_under(table: &SuccessTable) -> Vec<Under<'_>> {
     let mut all = Vec::new();
-    for index in 0..CONDITIONS.len() {
+    for (index, condition) in CONDITIONS.iter().enumerate() {
         let mut names: Vec<Option<&str>> = Vec::new();
-        for cell in table.cells.iter().filter(|cell| cell.condition == CONDITIONS[index].name) {
+        for cell in table.cells.iter().filter(|cell| cell.condition == condition.name) {
             if !names.contains(&cell.degraded.as_deref()) {
                 names.push(cell.degraded.as_deref());
             }

@@ -12,6 +12,7 @@ mod fuzz;
 mod golden;
 mod nets;
 mod report;
+mod reproduce;
 mod san;
 mod study;
 mod table5;

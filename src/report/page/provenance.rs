@@ -68,6 +68,8 @@ fn origins(item: &Item) -> Vec<[String; 4]> {
             let flown = study.points.iter().filter_map(|point| Some(&point.flown()?.tried));
             study.float.iter().chain(flown).map(of).collect()
         }
+        // Its cells are those of the success table beside it.
+        Content::Reproduction(_) => Vec::new(),
         Content::Thresholds(r) => {
             let of = |t: &crate::report::thresholds::Thresholds| {
                 [t.network.clone(), none(), r.revision.clone(), or_none(&t.digest)]

@@ -1,0 +1,248 @@
+//! `spikeloop reproduce`.
+
+use std::path::{Path, PathBuf};
+
+use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS, EngineKind};
+use spikeloop::files;
+use spikeloop::net::builtin;
+use spikeloop::report::Report;
+use spikeloop::report::document::Content;
+use spikeloop::report::reproduction::printed::{SUCCESS, TABLES};
+use spikeloop::report::reproduction::{
+    CostRow, ON_CHIP, REPRODUCTION_FORMAT, Reproduction, cost_rows_table, degraded, rate_table,
+    reproduced, step_table,
+};
+use spikeloop::report::success::SuccessTable;
+use spikeloop::report::thresholds::{ThresholdsResult, thresholds_table};
+use spikeloop::world::robot::Actuators;
+
+use crate::cli::args::{EvaluateArgs, ReproduceArgs, Table5Args};
+use crate::cli::drivers::{drivers, last_seed};
+use crate::cli::evaluate::Evaluation;
+use crate::cli::output::{self, REVISION, header, say};
+use crate::cli::table5::{self, Counting};
+use crate::cli::thresholds::thresholds_of;
+use crate::cli::{Failure, Verdict, report};
+
+/// Parts beside the tables of success rates: flown degraded, cost on the chip, operations, learned
+/// thresholds.
+pub(super) const OTHER_PARTS: [&str; 4] = ["degraded", "cost", "table5", "learned"];
+
+/// What stands in the paper's figures and is the same for all parts.
+const MAP: &str = "map1";
+const TICKS_MAX: u64 = 1000;
+/// How long operations are counted.
+const TABLE5_SECONDS: u64 = 10;
+
+/// Below the tables.
+const NOTE: &str = "\
+paper: as printed, in maps that are not published. s.e.: standard error of the mean over trainings,
+or of a single training's trials. spread: standard deviation over trainings. Networks called
+compare/... had the same steps of the recipe `compare` in the same rooms; \"longer\" is what ships as
+eem-san and laser-only. laser-only is EEM-SAN without its DVS branch.";
+
+pub(super) fn run(args: &ReproduceArgs) -> Result<Verdict, Failure> {
+    last_seed(args.seed, "--seeds", args.seeds)?;
+    std::fs::create_dir_all(&args.output)
+        .map_err(|e| format!("{}: cannot make the folder: {e}", args.output.display()))?;
+    files::check_writable(&args.file("state.json"))?;
+    say(header(Some(args.seed), &[]))?;
+    let costs = fly(args)?;
+    let state = args.state()?;
+    let reproduction = reproduction(args, &state, costs);
+    let mut all = Report::new(REVISION);
+    print(&reproduction)?;
+    all.push("reproduction.json", Content::Reproduction(Box::new(reproduction.clone())));
+    others(args, &mut all)?;
+    all.push("state.json", Content::Success(state));
+    output::write(&args.file("reproduction.json"), &serde_json::to_vec(&reproduction)?)?;
+    report::write(&all, Some(&args.file("reproduction.html")), None)?;
+    Ok(Verdict::Good)
+}
+
+impl ReproduceArgs {
+    fn wants(&self, part: &str) -> bool {
+        self.parts.is_empty() || self.parts.iter().any(|wanted| wanted == part)
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.output.join(name)
+    }
+
+    /// Settings for some cells of the success table; all share one state file.
+    fn evaluation(
+        &self,
+        networks: Vec<String>,
+        maps: &[&str],
+        conditions: &[&str],
+    ) -> EvaluateArgs {
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        EvaluateArgs {
+            networks,
+            weights: None,
+            maps: owned(maps),
+            conditions: owned(conditions),
+            degraded: Vec::new(),
+            trials: self.trials,
+            seed: self.seed,
+            seeds: self.seeds,
+            actuators: Actuators::IDEAL,
+            ticks_max: TICKS_MAX,
+            threads: self.threads,
+            state: Some(self.file("state.json")),
+            json: None,
+            plot: None,
+        }
+    }
+
+    /// What has been flown with these seeds.
+    fn state(&self) -> Result<SuccessTable, Failure> {
+        let path = self.file("state.json");
+        let empty = Evaluation::settings_of(&self.evaluation(Vec::new(), &[MAP], &[]))?;
+        if !path.exists() {
+            return Ok(SuccessTable::new(empty));
+        }
+        let file = path.display().to_string();
+        let mut table = SuccessTable::from_json(&file, &files::read_text(&path)?)?;
+        table.check_settings(&file, &empty)?;
+        let seeds = self.seed..self.seed.saturating_add(self.seeds);
+        table.cells.retain(|cell| seeds.contains(&cell.seed));
+        Ok(table)
+    }
+}
+
+/// Flies every cell that is wanted and not in the state file, and gives what chips cost.
+fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
+    for table in TABLES.iter().filter(|table| args.wants(table.name)) {
+        let rows = table.rows.iter().flat_map(|row| row.networks);
+        fly_some(&args.evaluation(trained(rows), table.maps, table.conditions))?;
+    }
+    let methods = trained(SUCCESS.rows.iter().flat_map(|row| row.networks));
+    let dynamic = [CONDITIONS[0].name];
+    if args.wants("degraded") {
+        let mut evaluation = args.evaluation(methods.clone(), &[MAP], &dynamic);
+        evaluation.degraded = DEGRADATIONS.map(|kind| kind.name.to_owned()).to_vec();
+        fly_some(&evaluation)?;
+    }
+    let mut costs = Vec::new();
+    if args.wants("cost") || args.wants("degraded") {
+        let mut on_chip = Vec::new();
+        for network in &methods {
+            let cost = compiled(network);
+            if cost.refused.is_none() {
+                on_chip.push(format!("{ON_CHIP}{network}"));
+            }
+            costs.push(cost);
+        }
+        let mut evaluation = args.evaluation(on_chip, &[MAP], &dynamic);
+        if args.wants("degraded") {
+            evaluation.degraded = DEGRADATIONS.map(|kind| kind.name.to_owned()).to_vec();
+        }
+        fly_some(&evaluation)?;
+    }
+    Ok(costs)
+}
+
+fn fly_some(evaluation: &EvaluateArgs) -> Result<(), Failure> {
+    if !evaluation.networks.is_empty() {
+        Evaluation::prepare(evaluation)?.fly_all()?;
+    }
+    Ok(())
+}
+
+/// Those networks that there are, each once.
+fn trained<'a>(networks: impl Iterator<Item = &'a &'static str>) -> Vec<String> {
+    let mut known: Vec<String> = Vec::new();
+    for network in networks.filter(|network| builtin::is_name(network)) {
+        if known.iter().all(|name| name != network) {
+            known.push((*network).to_owned());
+        }
+    }
+    known
+}
+
+/// What the chip needs for a network, or why it cannot take it; nothing flown yet.
+fn compiled(network: &str) -> CostRow {
+    let network = network.to_owned();
+    match drivers(&[format!("{ON_CHIP}{network}")], None, EngineKind::Event) {
+        Ok(chip) => {
+            let deployment = chip[0].deployment().expect("a compiled network");
+            let cores = deployment.map.core_usage().used;
+            CostRow { network, cores, ..CostRow::default() }
+        }
+        Err(why) => CostRow { network, refused: Some(why.to_string()), ..CostRow::default() },
+    }
+}
+
+fn reproduction(
+    args: &ReproduceArgs,
+    state: &SuccessTable,
+    mut costs: Vec<CostRow>,
+) -> Reproduction {
+    let is_trained = |name: &str| builtin::is_name(name);
+    let tables = TABLES.iter().filter(|table| args.wants(table.name));
+    let mut all: Vec<_> = tables.map(|table| reproduced(table, state, &is_trained)).collect();
+    if args.wants("degraded") {
+        all.push(degraded(state, &is_trained));
+    }
+    costs.iter_mut().for_each(|cost| cost.add(state, CONDITIONS[0].name, MAP));
+    Reproduction {
+        format: REPRODUCTION_FORMAT,
+        revision: REVISION.to_owned(),
+        settings: state.settings.clone(),
+        seeds: (args.seed..args.seed.saturating_add(args.seeds)).collect(),
+        reproduced: all,
+        costs,
+    }
+}
+
+fn print(reproduction: &Reproduction) -> Result<(), Failure> {
+    for part in &reproduction.reproduced {
+        say(format_args!("\n{}", part.title))?;
+        say(rate_table(part))?;
+        if let Some(steps) = step_table(part) {
+            say(steps)?;
+        }
+    }
+    say(NOTE)?;
+    if !reproduction.costs.is_empty() {
+        say(format_args!("\nper decision on the chip, past movers on {MAP}, all seeds"))?;
+        say(cost_rows_table(&reproduction.costs))?;
+        for cost in &reproduction.costs {
+            if let Some(why) = &cost.refused {
+                say(format_args!("{}: {why}", cost.network))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Operations of EEM-SAN and its artificial counterparts, and learned thresholds.
+fn others(args: &ReproduceArgs, all: &mut Report) -> Result<(), Failure> {
+    if args.wants("table5") {
+        let counting = Table5Args {
+            network: "eem-san".to_owned(),
+            arena: MAP.to_owned(),
+            seconds: TABLE5_SECONDS,
+            seed: args.seed,
+            v_max: 1.0,
+            json: None,
+        };
+        let counted = Counting::prepare(&counting)?.count()?;
+        say("\nOperations (table 5)")?;
+        table5::print(&counted)?;
+        all.push("table5", Content::Table5(Box::new(counted)));
+    }
+    if args.wants("learned") {
+        let rows = TABLES.iter().flat_map(|table| table.rows).flat_map(|row| row.networks);
+        let mut thresholds = Vec::new();
+        for name in trained(rows) {
+            thresholds.push(thresholds_of(&name, &builtin::open(&name, None::<&Path>)?));
+        }
+        say("\nThresholds (figure 4)")?;
+        say(thresholds_table(&thresholds))?;
+        let result = ThresholdsResult { revision: REVISION.to_owned(), thresholds };
+        all.push("thresholds", Content::Thresholds(result));
+    }
+    Ok(())
+}

@@ -1,0 +1,51 @@
+//! `spikeloop reproduce`: its tables, going on, bad input.
+
+use crate::bad_input::refused;
+use crate::cli::Folder;
+
+/// Two trials of one seed of what ships.
+const SMALL: &str = "reproduce --only success --only cost --trials 1 --seeds 1";
+
+#[test]
+fn tables_say_what_was_flown_and_what_is_not_trained() {
+    let folder = Folder::new();
+    let ran = folder.good(SMALL);
+    for part in [
+        "Success of the methods (table 2)",
+        "| dynamic-1.0 | map1 | SAN ",
+        "laser-only, longer",
+        "per decision on the chip, past movers on map1, all seeds",
+        "wrote out/reproduce/reproduction.html",
+    ] {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+    assert!(!ran.out.contains("Ablation"), "{}", ran.out);
+    let again = folder.good(SMALL);
+    let tables = |out: &str| out.split("\nSuccess").nth(1).unwrap().to_owned();
+    assert_eq!(tables(&again.out), tables(&ran.out));
+    assert!(again.out.contains("cells are in the state file already"), "{}", again.out);
+    let page = String::from_utf8(folder.read("out/reproduce/reproduction.html")).unwrap();
+    assert!(page.contains("<h2>The paper's tables</h2>"));
+    folder.good("report out/reproduce/reproduction.json -o page.html");
+    let page = String::from_utf8(folder.read("page.html")).unwrap();
+    assert!(page.contains("Success of the methods (table 2)"));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_before_anything_flies() {
+    let folder = Folder::new();
+    folder.write("file", b"");
+    let cases = [
+        ("reproduce --only table9", "possible values: success, ablation"),
+        ("reproduce --output file", "file: cannot make the folder: "),
+        ("reproduce --trials 0", "0 is not in 1..=10000"),
+        ("reproduce --seed 18446744073709551615", "take a smaller seed"),
+    ];
+    for (line, part) in cases {
+        refused(&folder, line, &[part]);
+    }
+    folder.good("reproduce --only table5 --trials 1 --seeds 1 -o r");
+    folder.write("r/state.json", b"{}");
+    refused(&folder, "reproduce --only table5 -o r", &["r/state.json: not a table of "]);
+    assert_eq!(folder.read("r/state.json"), b"{}");
+}

@@ -53,15 +53,14 @@ fn everything_that_drives_can_be_evaluated() {
 #[test]
 fn degraded_cells_stand_below_whole_ones_and_are_others() {
     let folder = Folder::new();
-    let line = "evaluate laser-only chip:laser-only --map courtyard --condition static-0.5 \
-                --trials 2 --ticks-max 40 --seeds 2 --degraded weights-noise --degraded beams-near \
+    let line = "evaluate laser-only chip:laser-only --map courtyard --condition static-1.0 \
+                --trials 2 --ticks-max 500 --seeds 2 --degraded weights-noise --degraded beams-near \
                 --state s.json --json t.json";
     let ran = folder.good(line);
     for part in [
-        "laser-only, courtyard, static, 0.5 m/s, weights-noise, seed 2: ",
-        "| static, 0.5 m/s                | chip:laser-only | ",
-        "| static, 0.5 m/s, beams-near    | laser-only      | ",
-        "| static-0.5, weights-noise | chip:laser-only | courtyard | ",
+        "laser-only, courtyard, static, 1.0 m/s, weights-noise, seed 2: ",
+        "| static, 1.0 m/s                | chip:laser-only | ",
+        "| static, 1.0 m/s, beams-near    | laser-only      | ",
     ] {
         assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
     }

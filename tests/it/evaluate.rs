@@ -64,7 +64,7 @@ fn degraded_cells_stand_below_whole_ones_and_are_others() {
     ] {
         assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
     }
-    assert!(!ran.out.contains("paper"), "{}", ran.out);
+    assert!(!ran.out.contains("EEM-SAN, paper"), "{}", ran.out);
     let cells = folder.json("t.json")["cells"].clone();
     let path = |network: &str, degraded: Option<&str>, seed: u64| {
         let of = |cell: &&Value| {

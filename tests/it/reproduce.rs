@@ -45,8 +45,8 @@ fn what_makes_no_sense_is_refused_before_anything_flies() {
     for (line, part) in cases {
         refused(&folder, line, &[part]);
     }
-    folder.good("reproduce --only table5 --trials 1 --seeds 1 -o r");
+    folder.good("reproduce --only learned --trials 1 --seeds 1 -o r");
     folder.write("r/state.json", b"{}");
-    refused(&folder, "reproduce --only table5 -o r", &["r/state.json: not a table of "]);
+    refused(&folder, "reproduce --only learned -o r", &["r/state.json: not a table of "]);
     assert_eq!(folder.read("r/state.json"), b"{}");
 }

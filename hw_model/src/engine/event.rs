@@ -5,6 +5,7 @@
 //! write to the same place and one barrier per step is enough. Sums are of integers, so neither
 //! the order of spikes nor the number of threads can change a result.
 
+use std::panic::resume_unwind;
 use std::sync::Arc;
 
 use pulp::{Arch, NullaryFnOnce};
@@ -165,10 +166,13 @@ impl NullaryFnOnce for Work<'_> {
         let tables = run.plan.core_times.len();
         let steps = run.stimulus.steps();
         let mut share = Share { spikes: Vec::new(), slowest_ps: vec![0; steps * tables] };
+        let member = run.barrier.member();
         for step in 0..steps {
             let slowest_ps = &mut share.slowest_ps[step * tables..][..tables];
             self.step(step, slowest_ps, &mut share.spikes);
-            run.barrier.wait();
+            if !member.wait() {
+                break;
+            }
         }
         share
     }
@@ -304,9 +308,12 @@ impl Engine for EventEngine {
                     handles.push(scope.spawn(move |_| arch.dispatch(work)));
                     (rest, first) = (others, first + len);
                 }
-                shares.extend(handles.into_iter().map(|h| h.join().expect("no worker panics")));
+                for handle in handles {
+                    // The others end at the barrier.
+                    shares.push(handle.join().unwrap_or_else(|panic| resume_unwind(panic)));
+                }
             })
-            .expect("no worker panics");
+            .unwrap_or_else(|panic| resume_unwind(panic));
         }
         self.merge(shares, stimulus, record);
     }

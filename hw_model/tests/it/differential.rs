@@ -1,9 +1,10 @@
 //! All engines give the same spikes, states, counts and times on random maps.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use hw_model::compartment::CompartmentState;
-use hw_model::core_map::Core;
+use hw_model::core_map::{Core, HostPort};
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, observe, total_lines};
@@ -379,6 +380,23 @@ fn clearing_one_core_takes_its_state_and_what_is_under_way_to_it() {
         assert_eq!(voltages(engine.as_ref()), [0, 0]);
         engine.run(&Stimulus::silent(1), none);
         assert_eq!(voltages(engine.as_ref()), [40, 128], "the spike under way arrived");
+    }
+}
+
+#[test]
+fn a_panic_in_one_thread_ends_the_run() {
+    let mut parts = sender_and_sink().remove(0).map().parts().clone();
+    parts.ports = vec![HostPort { name: "in".to_owned(), lines: 1, targets: Vec::new() }];
+    let with_port = CoreMap::new(parts.clone()).unwrap();
+    let stimulus = Stimulus::new(&with_port, 9, [(4, 0, 0)]).unwrap();
+    // The thread of the first core looks for a port that this map does not have.
+    parts.ports.clear();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    for threads in [1, 2] {
+        let mut engine = EventEngine::with_threads(Arc::clone(&map), threads);
+        assert_eq!(engine.threads(), threads);
+        let run = AssertUnwindSafe(|| engine.run(&stimulus, &mut SpikeRecord::none()));
+        assert!(catch_unwind(run).is_err(), "{threads} threads");
     }
 }
 

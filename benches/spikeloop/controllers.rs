@@ -1,5 +1,5 @@
 //! What a user waits for: compiling and opening a core map, one decision, one closed-loop trial,
-//! and EEM-SAN's two phases of a control tick.
+//! EEM-SAN's two phases of a control tick, and a flight with its event camera.
 //!
 //! The small network has the shape and roughly the spike rates of SAN (24-256-256-256-2, T = 5),
 //! with random weights from a fixed stream; EEM-SAN is the one that ships.
@@ -15,13 +15,14 @@ use spikeloop::coding::{InputSpikes, population_spikes};
 use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Driver, EngineKind, fly};
 use spikeloop::host::{ChipPolicy, Deployment, EemSanChipPolicy, Schedule};
-use spikeloop::net::{EemSan, Layer, Network, builtin};
+use spikeloop::net::{Controller, EemSan, Layer, Network, builtin};
 use spikeloop::policy::{EventFrame, Policy as _};
 use spikeloop::reference::eem_san::FloatDecision;
 use spikeloop::reference::{FloatEncoder, FloatNetwork};
 use spikeloop::rng::{Streams, stream};
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
+use spikeloop::world::dvs::CameraConfig;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::networks::shipped_eem_san;
@@ -31,6 +32,7 @@ pub(crate) fn all(criterion: &mut Criterion) {
     decision(criterion);
     trial(criterion);
     eem_san(criterion);
+    flight(criterion);
 }
 
 /// Shape of SAN with random weights.
@@ -206,6 +208,33 @@ fn eem_san(criterion: &mut Criterion) {
         group.bench_function(format!("event/threads_{threads}"), |b| {
             b.iter(|| black_box(policy.decide(&codes)));
         });
+    }
+    group.finish();
+}
+
+/// The first 60 control ticks of a flight past movers, one thread: what takes how long is seen from
+/// the differences.
+fn flight(criterion: &mut Criterion) {
+    let world = World::new(Arena::open("map1").expect("built in"));
+    let pairs: Vec<Pair> =
+        generate_pairs(&world, 1, PairRules::default(), Streams::new(1, 0)).expect("it has room");
+    let blind = TrialConfig { ticks_max: 60, ..TrialConfig::eem_san(1.0) };
+    let seeing = TrialConfig { camera: Some(CameraConfig::default()), ..blind.clone() };
+    let eem_san = Driver::controller(&Controller::EemSan(shipped_eem_san()));
+    let mut group = criterion.benchmark_group("flight/map1");
+    group.sample_size(10);
+    let flights = [
+        ("straight", &blind, &Driver::straight()),
+        ("straight_camera", &seeing, &Driver::straight()),
+        ("eem_san_float", &seeing, &eem_san),
+    ];
+    for (name, config, driver) in flights {
+        let ticks = || {
+            let flown = fly(&world, &pairs, config, driver, 1, 1, &|| ()).expect("good settings");
+            flown.iter().map(|flown| flown.outcome.ticks).sum::<u64>()
+        };
+        group.throughput(Throughput::Elements(ticks()));
+        group.bench_function(name, |b| b.iter(|| black_box(ticks())));
     }
     group.finish();
 }

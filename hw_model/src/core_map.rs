@@ -11,10 +11,11 @@ use crate::container;
 use crate::error::MapError;
 use crate::id::{AxonIdx, CompartmentIdx, CoreId};
 use crate::spec::{Arithmetic, ChipSpec};
-use crate::synapse::SynapseList;
+use crate::synapse::{SynapseList, SynapseLists};
 use crate::weight::SynapseFormat;
 
 mod check;
+pub mod packed;
 mod text;
 mod utilization;
 
@@ -45,7 +46,7 @@ pub struct Core {
     /// Synapse formats in use.
     pub formats: Vec<SynapseFormat>,
     /// Stored synapse lists.
-    pub lists: Vec<SynapseList>,
+    pub lists: SynapseLists,
     /// Input axons; a position is an [`AxonIdx`].
     pub axons_in: Vec<AxonIn>,
     /// Output axons, sorted by compartment, then target.

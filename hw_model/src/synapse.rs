@@ -5,6 +5,10 @@
 //! list at different places (this is how a convolution kernel is shared). Dense and sparse lists
 //! are the same thing with one axon each.
 
+mod lists;
+
+pub use lists::SynapseLists;
+
 use serde::{Deserialize, Serialize};
 
 use crate::spec::{Packing, PackingRule};

@@ -59,6 +59,14 @@ impl SynapseFormat {
         (low..=high).contains(&mantissa) && mantissa % self.mantissa_step() == 0
     }
 
+    /// True when it [`Self::holds`] each of them.
+    pub fn holds_all(&self, mantissas: &[i16]) -> bool {
+        let (low, high) = self.mantissa_range();
+        let (low, high, below_step) = (low as i16, high as i16, self.mantissa_step() as i16 - 1);
+        let bad = |m: i16| (m < low) | (m > high) | (m & below_step != 0);
+        !mantissas.iter().fold(false, |any, m| any | bad(*m))
+    }
+
     /// Effective weight of an on-grid mantissa in units of 64 (one mantissa step at exponent 0).
     ///
     /// A negative exponent shifts right and floors, as brian2_loihi and lava do (rounding of

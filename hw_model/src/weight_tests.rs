@@ -13,6 +13,19 @@ fn mixed_mode_loses_one_bit_to_the_sign() {
 }
 
 #[test]
+fn all_are_held_when_each_one_is() {
+    for mode in [SignMode::Mixed, SignMode::Excitatory, SignMode::Inhibitory] {
+        for weight_bits in [1, 2, 6, 8] {
+            let format = format(mode, weight_bits, 0);
+            for mantissa in i16::MIN..=i16::MAX {
+                let holds = format.holds(mantissa.into());
+                assert_eq!(format.holds_all(&[0, mantissa, 0]), holds, "{format:?} {mantissa}");
+            }
+        }
+    }
+}
+
+#[test]
 fn split_modes_have_a_step_of_one_at_eight_bits() {
     assert_eq!(format(SignMode::Excitatory, 8, 0).mantissa_range(), (0, 255));
     assert_eq!(format(SignMode::Inhibitory, 8, 0).mantissa_range(), (-255, 0));

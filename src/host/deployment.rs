@@ -20,7 +20,7 @@ use crate::net::{Controller, EemSan, MAP_LABEL, Network, RateEncoder};
 
 const KIND: Kind = Kind {
     label: MAP_LABEL,
-    version: 2,
+    version: 3,
     advice: "compile the network again with `spikeloop compile`",
 };
 
@@ -46,6 +46,7 @@ pub struct Deployment {
 struct DeploymentFile {
     network: String,
     policy: String,
+    #[serde(with = "hw_model::core_map::packed")]
     map: CoreMapParts,
     program: Option<DecisionProgram>,
     eem_san: Option<EemSanProgram>,

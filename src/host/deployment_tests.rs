@@ -43,7 +43,7 @@ fn another_version_says_to_compile_again() {
     bytes[8] = 9;
     assert_eq!(
         error_of(&bytes),
-        "x.map: version 9 found, 2 expected; compile the network again with `spikeloop compile`"
+        "x.map: version 9 found, 3 expected; compile the network again with `spikeloop compile`"
     );
 }
 

@@ -58,7 +58,7 @@ fn damaged_core_maps_are_refused_by_every_verb_that_reads_one() {
         (good[..end - 1].to_vec(), "the file is truncated or has been appended to"),
         ([&good[..], b"x"].concat(), "the file is truncated or has been appended to"),
         (changed(end / 2, good[end / 2] ^ 4), "the file is damaged; compile the network again"),
-        (changed(8, 99), "bad.map: version 99 found, 2 expected; compile the network again"),
+        (changed(8, 99), "bad.map: version 99 found, 3 expected; compile the network again"),
         (changed(0, b'X'), "bad.map: not a core map"),
     ];
     for (bytes, part) in cases {

@@ -7,14 +7,32 @@ use hw_model::engine::SpikeRecord;
 use hw_model::trace::{engines, total_lines};
 use hw_model::{CoreMap, CoreMapParts};
 use proptest::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::random_map::{config, recipe, spikes, stimulus};
 
 const KIND: Kind = Kind { label: *b"SLTEST\0\0", version: 1, advice: "make it again" };
 const HEADER_BYTES: usize = 52;
 
-fn read(bytes: &[u8]) -> Option<CoreMapParts> {
-    container::from_bytes(KIND, "x.map", bytes).ok()
+/// A map as in the files of `compile`.
+#[derive(Debug, Serialize, Deserialize)]
+struct Packed(#[serde(with = "hw_model::core_map::packed")] CoreMapParts);
+
+/// `parts` in one of two forms.
+fn write(packed: bool, parts: &CoreMapParts) -> Vec<u8> {
+    if packed {
+        container::to_bytes(KIND, &Packed(parts.clone()))
+    } else {
+        container::to_bytes(KIND, parts)
+    }
+}
+
+fn read(packed: bool, bytes: &[u8]) -> Option<CoreMapParts> {
+    if packed {
+        container::from_bytes(KIND, "x.map", bytes).ok().map(|Packed(parts)| parts)
+    } else {
+        container::from_bytes(KIND, "x.map", bytes).ok()
+    }
 }
 
 /// `bytes` with length and digest made to fit their content.
@@ -33,11 +51,11 @@ proptest! {
     #![proptest_config(config(400))]
 
     #[test]
-    fn a_map_that_was_written_is_read(recipe in recipe()) {
+    fn a_map_that_was_written_is_read(recipe in recipe(), packed in any::<bool>()) {
         let map = recipe.build();
-        let bytes = container::to_bytes(KIND, map.parts());
+        let bytes = write(packed, map.parts());
         prop_assert_eq!(&sealed(bytes.clone()), &bytes);
-        let read = CoreMap::new(read(&bytes).unwrap()).unwrap();
+        let read = CoreMap::new(read(packed, &bytes).unwrap()).unwrap();
         prop_assert_eq!(read.digest(), map.digest());
         prop_assert_eq!(read, map);
     }
@@ -45,11 +63,12 @@ proptest! {
     #[test]
     fn maps_with_damaged_content_and_a_good_digest_never_panic(
         recipe in recipe(),
+        packed in any::<bool>(),
         damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
         cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
         raw in spikes(6),
     ) {
-        let mut bytes = container::to_bytes(KIND, &recipe.parts());
+        let mut bytes = write(packed, &recipe.parts());
         for (at, byte) in damage {
             let at = HEADER_BYTES + at.index(bytes.len() - HEADER_BYTES);
             bytes[at] = byte;
@@ -57,7 +76,7 @@ proptest! {
         if let Some(cut) = cut {
             bytes.truncate(HEADER_BYTES + cut.index(bytes.len() - HEADER_BYTES));
         }
-        if let Some(Ok(map)) = read(&sealed(bytes)).map(CoreMap::new) {
+        if let Some(Ok(map)) = read(packed, &sealed(bytes)).map(CoreMap::new) {
             agree_on(map, &raw)?;
         }
     }
@@ -85,19 +104,21 @@ fn agree_on(map: CoreMap, raw: &[(u64, u32, u32)]) -> Result<(), TestCaseError> 
 #[test]
 fn most_damaged_maps_are_refused_and_some_run() {
     use proptest::strategy::ValueTree;
-    let mut runner = proptest::test_runner::TestRunner::deterministic();
-    let (mut undecodable, mut refused, mut running) = (0, 0, 0);
-    for case in 0..400usize {
-        let recipe = recipe().new_tree(&mut runner).unwrap().current();
-        let mut bytes = container::to_bytes(KIND, &recipe.parts());
-        let at = HEADER_BYTES + case * 7919 % (bytes.len() - HEADER_BYTES);
-        bytes[at] ^= 1 << (case % 8);
-        match read(&sealed(bytes)).map(CoreMap::new) {
-            None => undecodable += 1,
-            Some(Err(_)) => refused += 1,
-            Some(Ok(_)) => running += 1,
+    for packed in [false, true] {
+        let mut runner = proptest::test_runner::TestRunner::deterministic();
+        let (mut undecodable, mut refused, mut running) = (0, 0, 0);
+        for case in 0..400usize {
+            let recipe = recipe().new_tree(&mut runner).unwrap().current();
+            let mut bytes = write(packed, &recipe.parts());
+            let at = HEADER_BYTES + case * 7919 % (bytes.len() - HEADER_BYTES);
+            bytes[at] ^= 1 << (case % 8);
+            match read(packed, &sealed(bytes)).map(CoreMap::new) {
+                None => undecodable += 1,
+                Some(Err(_)) => refused += 1,
+                Some(Ok(_)) => running += 1,
+            }
         }
+        let counts = [undecodable, refused, running];
+        assert!(counts.iter().all(|n| *n >= 20), "undecodable, refused, running: {counts:?}");
     }
-    let counts = [undecodable, refused, running];
-    assert!(counts.iter().all(|n| *n >= 20), "undecodable, refused, running: {counts:?}");
 }

@@ -124,7 +124,7 @@ fn core_with_4097_output_axons_is_refused() {
 fn core_with_16385_memory_words_is_refused() {
     // A list of one synapse is one word: prefix 10, index 6, weight 8 bits.
     let fill = |parts: &mut CoreMapParts, words: usize| {
-        parts.cores[0].lists = vec![SynapseList { entries: vec![dense(&[2])] }; words];
+        parts.cores[0].lists = vec![SynapseList { entries: vec![dense(&[2])] }; words].into();
     };
     accepted(|p| fill(p, 16_384));
     refused(

@@ -8,7 +8,7 @@ use hw_model::core_map::{AxonIn, CompartmentGroup, Core, HostPort, PortTarget};
 use hw_model::engine::{SpikeRecord, Stimulus};
 use hw_model::fixed::DECAY_UNIT;
 use hw_model::id::{AxonIdx, CompartmentIdx, CoreId};
-use hw_model::synapse::{SynapseEntry, SynapseForm, SynapseList};
+use hw_model::synapse::{SynapseEntry, SynapseForm, SynapseList, SynapseLists};
 use hw_model::trace::engines;
 use hw_model::weight::{OffGrid, SignMode, SynapseFormat, effective_weight};
 use hw_model::{ChipSpec, CoreMap, CoreMapParts, Engine};
@@ -189,7 +189,7 @@ fn one_compartment(group: CompartmentGroup) -> CoreMap {
             form: SynapseForm::Dense { first: 0, mantissas: vec![mantissa] },
         }],
     };
-    let lists: Vec<SynapseList> = all.map(list).collect();
+    let lists: SynapseLists = all.map(list).collect();
     let of_bit = |bit: u32| if bit < 15 { vec![bit] } else { vec![14, 15] };
     // Axon 15 of each sign is a second one with the weight of axon 14.
     let axon = |sign: u32, bit: u32| AxonIn { list: 15 * sign + bit.min(14), base: 0 };

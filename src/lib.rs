@@ -4,6 +4,7 @@ pub mod closed_loop;
 pub mod coding;
 pub mod compile;
 pub mod cost;
+pub mod elementary;
 pub mod evaluate;
 pub mod files;
 pub mod golden;

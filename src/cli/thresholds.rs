@@ -41,7 +41,15 @@ pub(super) fn run(args: &ThresholdsArgs) -> Result<Verdict, Failure> {
 
 fn read(name: &str, args: &ThresholdsArgs) -> Result<Thresholds, Failure> {
     let weights = args.weights.as_deref().filter(|_| builtin::takes_weights(name));
-    Ok(thresholds_of(name, &builtin::open(name, weights)?))
+    let network = builtin::open(name, weights)?;
+    match &network {
+        Controller::EemSan(moving) if moving.dynamic.is_some() => Err(format!(
+            "{name}: dynamic thresholds (BDETT), one for each neuron and step and none for a layer; \
+             leave it out"
+        )
+        .into()),
+        _ => Ok(thresholds_of(name, &network)),
+    }
 }
 
 /// Thresholds of a network; `name` is what it is called there.

@@ -55,7 +55,12 @@ pub fn quantize_eem_san(
     chip: &ChipSpec,
 ) -> Result<QuantizedEemSan, CompileError> {
     if network.dynamic.is_some() {
-        return Err(CompileError::DynamicThresholds { network: network.name.clone() });
+        return Err(CompileError::DynamicThresholds {
+            network: network.name.clone(),
+            neurons: network.dense_layers().map(|layer| layer.neurons).sum(),
+            limit: chip.limits.threshold_configs_per_core,
+            chip: chip.name.clone(),
+        });
     }
     let signs = if policy.split_signs { Signs::Split } else { Signs::Mixed };
     let mut builder = Builder { policy, chip, signs, layers: Vec::new(), graph: ports(network) };

@@ -40,14 +40,21 @@ pub enum CompileError {
     },
     /// Thresholds that move with the voltages.
     #[error(
-        "{network}: dynamic thresholds (BDETT): each neuron's threshold needs exponentials of its \
-         voltage and mean, minimum and maximum of its layer in every step, which no compartment \
-         computes; fly it in floats, or compile a network with fixed or learned thresholds (`spikeloop \
-         train actor --variant san`)"
+        "{network}: dynamic thresholds (BDETT): each of {neurons} neurons needs a threshold of its own \
+         in every step, limit {limit} per core and set from outside \
+         ({chip}.threshold_configs_per_core), and no compartment computes what it is made of, \
+         exponentials of voltages and mean, minimum and maximum of a layer; fly it in floats, or \
+         compile a network with fixed or learned thresholds (`spikeloop train actor --variant san`)"
     )]
     DynamicThresholds {
         /// Network.
         network: String,
+        /// Its neurons with such thresholds.
+        neurons: usize,
+        /// Thresholds that a core has.
+        limit: u32,
+        /// Name of the chip.
+        chip: String,
     },
     /// All weights and biases of a layer are zero.
     #[error(

@@ -36,6 +36,30 @@ pub enum AgreementError {
         /// Layers of the network.
         expected: String,
     },
+    /// Codes of other sizes.
+    #[error(
+        "map of {map}: codes of {found:?} lines, but {network} has {expected:?}; give the network \
+         that the map was compiled from"
+    )]
+    Codes {
+        /// Network of the map.
+        map: String,
+        /// The float network.
+        network: String,
+        /// Lines of the map's codes.
+        found: Vec<usize>,
+        /// Lines of the network's codes.
+        expected: Vec<usize>,
+    },
+    /// A float network that no map is compiled from.
+    #[error(
+        "{network}: dynamic thresholds (BDETT), which no map has; give the network that the map was \
+         compiled from"
+    )]
+    DynamicThresholds {
+        /// The float network.
+        network: String,
+    },
 }
 
 /// Both networks and what was counted so far.
@@ -126,6 +150,18 @@ impl Comparison {
                 network: network.name.clone(),
                 found: listed(&found),
                 expected: listed(&expected),
+            });
+        }
+        if network.dynamic.is_some() {
+            return Err(AgreementError::DynamicThresholds { network: network.name.clone() });
+        }
+        let lines: Vec<usize> = network.branches().map(|branch| branch.code.lines()).collect();
+        if chip.code_lines() != lines {
+            return Err(AgreementError::Codes {
+                map: deployment.network.clone(),
+                network: network.name.clone(),
+                found: chip.code_lines(),
+                expected: lines,
             });
         }
         let layer = |(name, neurons): (&str, usize)| LayerAgreement {

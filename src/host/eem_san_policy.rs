@@ -8,7 +8,9 @@ use hw_model::{CoreMap, Engine, OpCounts};
 use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_state};
 use crate::host::chip_policy::{ChipUse, HostCounts};
 use crate::host::deployment::Deployment;
-use crate::host::eem_san_program::{EemSanProgram, EncoderPhase, Injected, Schedule, Window};
+use crate::host::eem_san_program::{
+    CodedPort, EemSanProgram, EncoderPhase, Injected, Schedule, Window,
+};
 use crate::host::watch::spikes_by_step;
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
@@ -88,6 +90,11 @@ impl EemSanChipPolicy {
     /// Steps by which the populations are behind when it streams ([`EemSanProgram::delays`]).
     pub fn delays(&self) -> Vec<u64> {
         self.program.delays()
+    }
+
+    /// Lines of each code: robot and laser state, DVS state.
+    pub fn code_lines(&self) -> Vec<usize> {
+        self.program.codes().map(CodedPort::lines).collect()
     }
 
     /// Whether it takes the frames of an event camera.

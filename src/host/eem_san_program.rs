@@ -313,12 +313,12 @@ impl EemSanProgram {
         [Some(&self.laser), self.dvs.as_ref()].into_iter().flatten()
     }
 
-    /// Sizes of the network's layers, from those of `map`'s populations; `None` without an encoder or
-    /// a middle fuse module.
+    /// Sizes of the network's layers, from those of `map`'s populations; `None` without an encoder,
+    /// population codes or a middle fuse module, for what is no EEM-SAN.
     pub fn shape(&self, map: &CoreMap) -> Option<Shape> {
         let (phase, dvs) = self.encoder.as_ref().zip(self.dvs.as_ref())?;
         let [laser, fused, layers @ ..] = self.decision.as_slice() else { return None };
-        if fused.start != laser.start {
+        if fused.start != laser.start || self.laser.is_rate() {
             return None;
         }
         let neurons = |w: &Window| map.populations()[w.population as usize].len() as u64;

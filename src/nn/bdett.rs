@@ -17,6 +17,7 @@
 //! of it does; the arguments of both exponentials are kept within 60 of 0, so that nothing becomes
 //! infinite.
 
+use crate::elementary::{exp, softplus, sum_and_bounds};
 use crate::nn::lif::{Firing, LifShape, LifState, LifTrace};
 use crate::nn::spike::Spike;
 
@@ -130,7 +131,7 @@ impl Bdett {
     fn thresholds(&self, voltage: &[f32], before: &[f32], energy: &[f32], theta: &mut [f32]) {
         let neurons = theta.iter_mut().zip(voltage).zip(before).zip(energy);
         for (((theta, voltage), before), energy) in neurons {
-            let temporal = exp((before - voltage) / self.temporal_scale) - 1.0;
+            let temporal = exp(bounded((before - voltage) / self.temporal_scale)) - 1.0;
             *theta = self.energy_share * energy + (1.0 - self.energy_share) * temporal;
         }
     }
@@ -140,25 +141,20 @@ impl Bdett {
         let (v_low, theta_low) = (self.below_mean(voltage), self.below_mean(theta));
         for (energy, voltage) in energy.iter_mut().zip(voltage) {
             let above = voltage - v_low;
-            let bend = libm::log1pf(exp(above / self.energy_scale));
+            let bend = softplus(bounded(above / self.energy_scale));
             *energy = self.energy_slope * above + theta_low + bend;
         }
     }
 
     /// Mean less a part of the range.
     fn below_mean(&self, values: &[f32]) -> f32 {
-        let mut sum = 0.0f32;
-        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
-        for value in values {
-            sum += value;
-            (least, most) = (least.min(*value), most.max(*value));
-        }
+        let (sum, least, most) = sum_and_bounds(values);
         sum / values.len() as f32 - self.spread * (most - least)
     }
 }
 
-fn exp(exponent: f32) -> f32 {
-    libm::expf(exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX))
+fn bounded(exponent: f32) -> f32 {
+    exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! Source as in [`crate::net::bdett`]: Zyunduo/dynamic-threshold at e10d578. A trial begins with
 //! fresh thresholds, which the published code never resets; exponents stay within 60 of 0.
 
+use crate::elementary::{exp, softplus, sum_and_bounds};
 use crate::net::Bdett;
 
 /// Exponents are kept within this of 0.
@@ -32,7 +33,7 @@ impl MovingThresholds {
     pub(super) fn fire(&mut self, before: &[f32], now: &[f32], spikes: &mut [bool]) {
         let rule = self.rule;
         for n in 0..now.len() {
-            let temporal = exp((before[n] - now[n]) / rule.temporal_scale) - 1.0;
+            let temporal = exp(bounded((before[n] - now[n]) / rule.temporal_scale)) - 1.0;
             self.thresholds[n] =
                 rule.energy_share * self.energy[n] + (1.0 - rule.energy_share) * temporal;
             spikes[n] = now[n] > self.thresholds[n];
@@ -40,7 +41,7 @@ impl MovingThresholds {
         let (voltage, threshold) = (below_mean(now, &rule), below_mean(&self.thresholds, &rule));
         for (energy, now) in self.energy.iter_mut().zip(now) {
             let above = now - voltage;
-            let bend = libm::log1pf(exp(above / rule.energy_scale));
+            let bend = softplus(bounded(above / rule.energy_scale));
             *energy = rule.energy_slope * above + threshold + bend;
         }
     }
@@ -48,12 +49,10 @@ impl MovingThresholds {
 
 /// Mean of a layer less a part of its range.
 fn below_mean(values: &[f32], rule: &Bdett) -> f32 {
-    let mean = values.iter().sum::<f32>() / values.len() as f32;
-    let most = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let least = values.iter().copied().fold(f32::INFINITY, f32::min);
-    mean - rule.spread * (most - least)
+    let (sum, least, most) = sum_and_bounds(values);
+    sum / values.len() as f32 - rule.spread * (most - least)
 }
 
-fn exp(exponent: f32) -> f32 {
-    libm::expf(exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX))
+fn bounded(exponent: f32) -> f32 {
+    exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX)
 }

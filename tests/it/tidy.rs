@@ -33,11 +33,12 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Rooms of the main crate and the rooms that each may use.
-const ROOMS: [(&str, &[&str]); 19] = [
+const ROOMS: [(&str, &[&str]); 20] = [
+    ("elementary", &[]),
     ("files", &[]),
     ("rng", &[]),
     ("npz", &["files"]),
-    ("nn", &["rng"]),
+    ("nn", &["elementary", "rng"]),
     ("policy", &["rng"]),
     ("world", &["files", "npz", "policy", "rng"]),
     ("closed_loop", &["policy", "rng", "world"]),
@@ -45,7 +46,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("coding", &["net", "policy", "rng"]),
     ("compile", &["net", "policy"]),
     ("cost", &["net"]),
-    ("reference", &["coding", "compile", "cost", "net", "policy", "rng"]),
+    ("reference", &["coding", "compile", "cost", "elementary", "net", "policy", "rng"]),
     ("host", &["coding", "compile", "cost", "net", "policy", "rng"]),
     ("train", &["closed_loop", "coding", "net", "nn", "policy", "reference", "rng", "world"]),
     ("evaluate", &["closed_loop", "coding", "host", "net", "policy", "reference", "rng", "world"]),

@@ -153,11 +153,49 @@ fn digests_of_the_networks_that_ship_are_what_they_were() {
 }
 
 #[test]
-fn what_bdett_cannot_do_is_said() {
+fn what_a_network_cannot_do_is_said() {
     let folder = Folder::new();
-    let bdett = Variant::named("bdett").unwrap();
-    folder.write("b.safetensors", network(bdett.form, false, AS_IS));
-    let why = "b: dynamic thresholds (BDETT): each neuron's threshold needs exponentials";
-    refused(&folder, "compile b.safetensors -o b.map", &[why, "fly it in floats"]);
+    for name in ["san", "popsan", "bdett", "naive"] {
+        let variant = Variant::named(name).unwrap();
+        let bytes = network(variant.form, variant.events, LIVELY);
+        folder.write(&format!("{name}.safetensors"), bytes);
+    }
+    folder.good("compile san.safetensors -o san.map");
+    for (line, parts) in [
+        (
+            "compile bdett.safetensors -o b.map",
+            [
+                "bdett: dynamic thresholds (BDETT): each of 9 neurons needs a threshold of its own",
+                "limit 8 per core and set from outside (loihi1.threshold_configs_per_core)",
+            ],
+        ),
+        ("thresholds bdett.safetensors", ["one for each neuron and step", "leave it out"]),
+        ("agree san.map bdett.safetensors --arena courtyard", ["bdett: dynamic", "no map has"]),
+        (
+            "agree san.map popsan.safetensors --arena courtyard",
+            ["map of san: codes of [24] lines, but popsan has [66]", "compiled from"],
+        ),
+        (
+            "table5 naive.safetensors --arena courtyard-moving",
+            ["naive.safetensors: not an EEM-SAN", "artificial counterparts are about"],
+        ),
+    ] {
+        refused(&folder, line, &parts);
+    }
     assert!(!folder.path("b.map").exists());
+}
+
+/// EEM-SAN's artificial counterpart has a middle fuse module.
+#[test]
+fn only_networks_of_the_layers_of_eem_san_are_put_beside_its_artificial_counterpart() {
+    let folder = Folder::new();
+    for (name, artificial) in [("naive", false), ("fixed", true)] {
+        let variant = Variant::named(name).unwrap();
+        folder.write("n.safetensors", network(variant.form, true, LIVELY));
+        folder.good("compile n.safetensors -o n.map");
+        let drive = "drive n.map --arena courtyard-moving --control-hz 20 --trials 1 --ticks-max 3";
+        let ran = folder.good(drive);
+        assert!(ran.out.contains("per decision on the emulated chip"), "{}", ran.out);
+        assert_eq!(ran.out.contains("artificial counterpart"), artificial, "{name}: {}", ran.out);
+    }
 }

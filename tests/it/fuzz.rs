@@ -15,6 +15,7 @@ use spikeloop::golden;
 use spikeloop::host::{ChipPolicy, Deployment};
 use spikeloop::net::eem_san::FRAMES_PER_TICK;
 use spikeloop::net::{EemSan, Layer, Network, RateEncoder, builtin, description, integer};
+use spikeloop::nn::variant::VARIANTS;
 use spikeloop::npz::Npz;
 use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
 use spikeloop::reference::{EemSanPolicy, FixedNetwork};
@@ -29,7 +30,7 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::pairs_from_json;
 
 use crate::cli::Folder;
-use crate::fixtures::eem_san;
+use crate::fixtures::network;
 
 const DESCRIPTION: &str = r#"
 format = 1
@@ -310,11 +311,11 @@ proptest! {
 
 #[test]
 fn damaged_eem_sans_never_panic() {
-    for frames in [true, false] {
-        let good = eem_san(frames, &|_, _, _| ());
+    for variant in VARIANTS {
+        let good = network(variant.form, variant.events, &|_, _, _| ());
         read_eem_san(&good);
         let config =
-            ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) };
+            ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) };
         proptest!(config, |(damage in damage())| {
             read_eem_san(&damaged(&good, &damage));
             read_eem_san(&with_damaged_header(&good, &damage));

@@ -30,7 +30,7 @@ use spikeloop::world::arena::Arena;
 use spikeloop::world::pairs::pairs_from_json;
 
 use crate::cli::Folder;
-use crate::fixtures::network;
+use crate::fixtures::network as network_file;
 
 const DESCRIPTION: &str = r#"
 format = 1
@@ -312,7 +312,7 @@ proptest! {
 #[test]
 fn damaged_eem_sans_never_panic() {
     for variant in VARIANTS {
-        let good = network(variant.form, variant.events, &|_, _, _| ());
+        let good = network_file(variant.form, variant.events, &|_, _, _| ());
         read_eem_san(&good);
         let config =
             ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) };

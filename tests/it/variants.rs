@@ -1,9 +1,9 @@
 //! EEM-SAN's peers and ablations from their files to the closed loop.
 
 use spikeloop::evaluate::Driver;
-use spikeloop::net::{EemSan, StateCode, builtin};
+use spikeloop::net::{Controller, EemSan, StateCode, builtin};
 use spikeloop::nn::Variant;
-use spikeloop::nn::variant::VARIANTS;
+use spikeloop::nn::variant::{Thresholds, VARIANTS};
 use spikeloop::policy::{EventFrame, Observation, Policy};
 use spikeloop::reference::EemSanPolicy;
 use spikeloop::rng::{Streams, stream};
@@ -197,5 +197,23 @@ fn only_networks_of_the_layers_of_eem_san_are_put_beside_its_artificial_counterp
         let ran = folder.good(drive);
         assert!(ran.out.contains("per decision on the emulated chip"), "{}", ran.out);
         assert_eq!(ran.out.contains("artificial counterpart"), artificial, "{name}: {}", ran.out);
+    }
+}
+
+#[test]
+fn networks_that_ship_for_comparison_are_what_their_names_say() {
+    let shipped = |variant: &&Variant| builtin::is_name(&format!("compare/{}", variant.name));
+    let shipped: Vec<&Variant> = VARIANTS.iter().filter(shipped).collect();
+    assert!(shipped.len() >= 2, "{shipped:?}");
+    for variant in shipped {
+        let name = format!("compare/{}", variant.name);
+        let Ok(Controller::EemSan(network)) = builtin::open(&name, None) else { panic!("{name}") };
+        let like = read(variant, AS_IS);
+        assert_eq!(network.layers(), like.layers(), "{name}");
+        assert_eq!(network.laser.code == StateCode::Rate, like.laser.code == StateCode::Rate);
+        assert_eq!(network.dynamic.is_some(), like.dynamic.is_some(), "{name}");
+        let fixed = network.dense_layers().all(|layer| layer.threshold == 0.5);
+        let learned = variant.form.thresholds == Thresholds::Learned;
+        assert_eq!(fixed, !learned, "{name}");
     }
 }

@@ -19,11 +19,12 @@ pub const NAMES: [&str; 2] = ["reflex", "san"];
 /// Names of the networks that come trained, and their weights in the form of
 /// [`EemSan::from_bytes`].
 /// Those called `compare/VARIANT` had the same steps of the recipe `compare`; seed 1 of the training.
-const TRAINED: [(&str, &[u8]); 4] = [
+const TRAINED: [(&str, &[u8]); 5] = [
     ("eem-san", include_bytes!("weights/eem_san.safetensors")),
     ("laser-only", include_bytes!("weights/laser_only.safetensors")),
     ("compare/san", include_bytes!("weights/compare/san.safetensors")),
     ("compare/popsan", include_bytes!("weights/compare/popsan.safetensors")),
+    ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
 ];
 
 /// How the file name of an EEM-SAN ends.

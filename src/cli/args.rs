@@ -304,6 +304,23 @@ pub(super) struct DriveArgs {
     pub(super) replay_trials: Vec<usize>,
 }
 
+/// How many flights a cell of the success table has.
+#[derive(Debug, Clone, Copy, ClapArgs)]
+pub(super) struct FlightsArgs {
+    /// Trials per map: the first pairs of the evaluation
+    #[arg(long, default_value_t = EVALUATION_PAIRS, value_name = "N", value_parser = up_to(PAIRS_MAX))]
+    pub(super) trials: usize,
+    /// First seed of the random streams; the pairs have a seed of their own
+    #[arg(long, default_value_t = 1, value_name = "S")]
+    pub(super) seed: u64,
+    /// Number of seeds
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
+    pub(super) seeds: u64,
+    /// Threads, each flying trials of its own; all cores by default
+    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
+    pub(super) threads: Option<usize>,
+}
+
 #[derive(Debug, ClapArgs)]
 pub(super) struct EvaluateArgs {
     /// What drives: everything that `drive` takes; chip:NETWORK compiles it first
@@ -329,24 +346,14 @@ pub(super) struct EvaluateArgs {
         value_parser = PossibleValuesParser::new(DEGRADATIONS.map(|degradation| degradation.name))
     )]
     pub(super) degraded: Vec<String>,
-    /// Trials per map: the first pairs of the evaluation
-    #[arg(long, default_value_t = EVALUATION_PAIRS, value_name = "N", value_parser = up_to(PAIRS_MAX))]
-    pub(super) trials: usize,
-    /// First seed of the random streams; the pairs have a seed of their own
-    #[arg(long, default_value_t = 1, value_name = "S")]
-    pub(super) seed: u64,
-    /// Number of seeds
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
-    pub(super) seeds: u64,
+    #[command(flatten)]
+    pub(super) flights: FlightsArgs,
     /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds
     #[arg(long, default_value = "ideal", value_name = "PRESET")]
     pub(super) actuators: Actuators,
     /// Control ticks before a trial is out of time
     #[arg(long, default_value_t = 1000, value_name = "N")]
     pub(super) ticks_max: u64,
-    /// Threads, each flying trials of its own; all cores by default
-    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
-    pub(super) threads: Option<usize>,
     /// Keeps every finished cell of the table; a run that finds it goes on after the last one
     #[arg(long, value_name = "FILE")]
     pub(super) state: Option<PathBuf>,
@@ -571,18 +578,8 @@ pub(super) struct ReproduceArgs {
     /// Only this part; may be given several times
     #[arg(long = "only", value_name = "PART", value_parser = PossibleValuesParser::new(parts()))]
     pub(super) parts: Vec<String>,
-    /// Trials per map: the first pairs of the evaluation
-    #[arg(long, default_value_t = EVALUATION_PAIRS, value_name = "N", value_parser = up_to(PAIRS_MAX))]
-    pub(super) trials: usize,
-    /// First seed of the evaluation
-    #[arg(long, default_value_t = 1, value_name = "S")]
-    pub(super) seed: u64,
-    /// Number of seeds of the evaluation
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
-    pub(super) seeds: u64,
-    /// Threads, each flying trials of its own; all cores by default
-    #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
-    pub(super) threads: Option<usize>,
+    #[command(flatten)]
+    pub(super) flights: FlightsArgs,
     /// Folder for results, and for what is flown already: the same command goes on from there
     #[arg(short, long, value_name = "FOLDER", default_value = "out/reproduce")]
     pub(super) output: PathBuf,

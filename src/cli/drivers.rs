@@ -9,6 +9,7 @@ use spikeloop::evaluate::{Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::weight_fault::WeightFault;
 use spikeloop::net::{Controller, builtin};
+use spikeloop::report::reproduction::ON_CHIP;
 
 use crate::cli::Failure;
 use crate::cli::compile::POLICY_DEFAULT;
@@ -21,9 +22,6 @@ const PLANNERS: [(&str, Knowledge); 3] = [
     ("planner-camera", Knowledge::Camera),
     ("planner-laser", Knowledge::Laser),
 ];
-
-/// Before the name of a network that is to be compiled and flown on the chip.
-const ON_CHIP: &str = "chip:";
 
 /// A driver for each name: core maps (chip), networks of any kind (float, or with `chip:` before
 /// the name compiled), `straight`, planners.

@@ -35,7 +35,7 @@ order of rows, not the numbers. Networks made for another control rate fly at 20
 
 pub(super) fn run(args: &EvaluateArgs) -> Result<Verdict, Failure> {
     let evaluation = Evaluation::prepare(args)?;
-    say(header(Some(args.seed), &maps(&evaluation.drivers)))?;
+    say(header(Some(args.flights.seed), &maps(&evaluation.drivers)))?;
     evaluation.say_settings()?;
     let table = evaluation.fly_all()?;
     say(success_table(&table))?;
@@ -133,8 +133,8 @@ impl<'a> Evaluation<'a> {
             driver.label.clone_from(name);
         }
         let (config, settings) = (config_of(args)?, Self::settings_of(args)?);
-        let seed_last = last_seed(args.seed, "--seeds", args.seeds)?;
-        let maps = args.maps.iter().map(|name| Map::open(name, args.trials));
+        let seed_last = last_seed(args.flights.seed, "--seeds", args.flights.seeds)?;
+        let maps = args.maps.iter().map(|name| Map::open(name, args.flights.trials));
         let wanted = |condition: &&Condition| {
             args.conditions.is_empty() || args.conditions.iter().any(|n| n == condition.name)
         };
@@ -146,8 +146,8 @@ impl<'a> Evaluation<'a> {
             maps: maps.collect::<Result<_, Failure>>()?,
             conditions: CONDITIONS.iter().filter(wanted).collect(),
             degradations: degradations(&args.degraded),
-            seeds: (args.seed..=seed_last).collect(),
-            threads: args.threads.unwrap_or_else(all_threads),
+            seeds: (args.flights.seed..=seed_last).collect(),
+            threads: args.flights.threads.unwrap_or_else(all_threads),
             known: None,
         };
         evaluation.check_weights()?;
@@ -165,7 +165,7 @@ impl<'a> Evaluation<'a> {
     /// Errors: a setting out of its limits.
     pub(super) fn settings_of(args: &EvaluateArgs) -> Result<SuccessSettings, Failure> {
         let (config, camera) = (config_of(args)?, CameraConfig::default());
-        Ok(SuccessSettings::new(args.trials, EVALUATION_SEED, &config, &camera))
+        Ok(SuccessSettings::new(args.flights.trials, EVALUATION_SEED, &config, &camera))
     }
 
     /// Errs now for a driver whose weights cannot be degraded, not hours later.
@@ -173,7 +173,7 @@ impl<'a> Evaluation<'a> {
         let faults = self.degradations.iter().flatten().filter_map(|it| it.weights());
         for fault in faults {
             for driver in &self.drivers {
-                self.degraded(driver, fault, self.args.seed)?;
+                self.degraded(driver, fault, self.args.flights.seed)?;
             }
         }
         Ok(())
@@ -208,8 +208,8 @@ impl<'a> Evaluation<'a> {
             s.actuators,
             s.trials,
             s.pairs_seed,
-            self.args.seed,
-            self.seeds.last().unwrap_or(&self.args.seed)
+            self.args.flights.seed,
+            self.seeds.last().unwrap_or(&self.args.flights.seed)
         ))?;
         let seeing = self.drivers.iter().filter(|driver| driver.needs_camera());
         let seeing: Vec<&str> = seeing.map(|driver| driver.label.as_str()).collect();
@@ -250,7 +250,7 @@ impl<'a> Evaluation<'a> {
             let done = tasks.len() - open.len();
             say(format_args!("{done} of {} cells are in the state file already", tasks.len()))?;
         }
-        let bar = progress((open.len() * self.args.trials) as u64, "");
+        let bar = progress((open.len() * self.args.flights.trials) as u64, "");
         for task in open {
             state.put(self.fly_one(&task, &bar)?);
             if let Some(path) = &self.args.state {
@@ -301,7 +301,7 @@ impl<'a> Evaluation<'a> {
 
     /// Picture of the trajectories of a cell: the first seed has one.
     fn picture(&self, task: &Task) -> Option<PathBuf> {
-        let folder = self.args.plot.as_ref().filter(|_| task.seed == self.args.seed)?;
+        let folder = self.args.plot.as_ref().filter(|_| task.seed == self.args.flights.seed)?;
         let (network, map) = (file_name(&task.driver.label), file_name(&task.map.name));
         let under = task.degradation.map_or_else(String::new, |it| format!("_{}", it.name));
         Some(folder.join(format!("{network}_{map}_{}{under}.svg", task.condition.name)))

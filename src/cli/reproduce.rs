@@ -1,5 +1,6 @@
 //! `spikeloop reproduce`.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS, EngineKind};
@@ -16,7 +17,7 @@ use spikeloop::report::success::SuccessTable;
 use spikeloop::report::thresholds::{ThresholdsResult, thresholds_table};
 use spikeloop::world::robot::Actuators;
 
-use crate::cli::args::{EvaluateArgs, ReproduceArgs, Table5Args};
+use crate::cli::args::{EvaluateArgs, FlightsArgs, ReproduceArgs, Table5Args};
 use crate::cli::drivers::{drivers, last_seed};
 use crate::cli::evaluate::Evaluation;
 use crate::cli::output::{self, REVISION, header, say};
@@ -42,11 +43,11 @@ compare/... had the same steps of the recipe `compare` in the same rooms; \"long
 eem-san and laser-only. laser-only is EEM-SAN without its DVS branch.";
 
 pub(super) fn run(args: &ReproduceArgs) -> Result<Verdict, Failure> {
-    last_seed(args.seed, "--seeds", args.seeds)?;
+    last_seed(args.flights.seed, "--seeds", args.flights.seeds)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|e| format!("{}: cannot make the folder: {e}", args.output.display()))?;
     files::check_writable(&args.file("state.json"))?;
-    say(header(Some(args.seed), &[]))?;
+    say(header(Some(args.flights.seed), &[]))?;
     let costs = fly(args)?;
     let state = args.state()?;
     let reproduction = reproduction(args, &state, costs);
@@ -63,6 +64,11 @@ pub(super) fn run(args: &ReproduceArgs) -> Result<Verdict, Failure> {
 impl ReproduceArgs {
     fn wants(&self, part: &str) -> bool {
         self.parts.is_empty() || self.parts.iter().any(|wanted| wanted == part)
+    }
+
+    fn seeds(&self) -> Range<u64> {
+        let FlightsArgs { seed, seeds, .. } = self.flights;
+        seed..seed.saturating_add(seeds)
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -83,12 +89,9 @@ impl ReproduceArgs {
             maps: owned(maps),
             conditions: owned(conditions),
             degraded: Vec::new(),
-            trials: self.trials,
-            seed: self.seed,
-            seeds: self.seeds,
+            flights: self.flights,
             actuators: Actuators::IDEAL,
             ticks_max: TICKS_MAX,
-            threads: self.threads,
             state: Some(self.file("state.json")),
             json: None,
             plot: None,
@@ -105,8 +108,7 @@ impl ReproduceArgs {
         let file = path.display().to_string();
         let mut table = SuccessTable::from_json(&file, &files::read_text(&path)?)?;
         table.check_settings(&file, &empty)?;
-        let seeds = self.seed..self.seed.saturating_add(self.seeds);
-        table.cells.retain(|cell| seeds.contains(&cell.seed));
+        table.cells.retain(|cell| self.seeds().contains(&cell.seed));
         Ok(table)
     }
 }
@@ -190,7 +192,7 @@ fn reproduction(
         format: REPRODUCTION_FORMAT,
         revision: REVISION.to_owned(),
         settings: state.settings.clone(),
-        seeds: (args.seed..args.seed.saturating_add(args.seeds)).collect(),
+        seeds: args.seeds().collect(),
         reproduced: all,
         costs,
     }
@@ -224,7 +226,7 @@ fn others(args: &ReproduceArgs, all: &mut Report) -> Result<(), Failure> {
             network: "eem-san".to_owned(),
             arena: MAP.to_owned(),
             seconds: TABLE5_SECONDS,
-            seed: args.seed,
+            seed: args.flights.seed,
             v_max: 1.0,
             json: None,
         };

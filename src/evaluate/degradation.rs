@@ -10,8 +10,6 @@ use crate::world::laser_fault::LaserFault;
 pub struct Degradation {
     /// Name on the command line and in files.
     pub name: &'static str,
-    /// The same for people.
-    pub about: &'static str,
     /// What is degraded.
     pub part: DegradedPart,
 }
@@ -27,36 +25,12 @@ pub enum DegradedPart {
 
 /// All of them (Zyunduo/dynamic-threshold).
 pub const DEGRADATIONS: [Degradation; 6] = [
-    Degradation {
-        name: "beams-near",
-        about: "3 of 18 laser sectors report 0.2 m",
-        part: DegradedPart::Laser(LaserFault::Near),
-    },
-    Degradation {
-        name: "beams-far",
-        about: "3 of 18 laser sectors report 6 m",
-        part: DegradedPart::Laser(LaserFault::Far),
-    },
-    Degradation {
-        name: "laser-noise",
-        about: "noise of 1 m on the laser",
-        part: DegradedPart::Laser(LaserFault::Noise),
-    },
-    Degradation {
-        name: "weights-8-bit",
-        about: "weights of 8 bits, one scale for all layers",
-        part: DegradedPart::Weights(WeightFault::EightBit),
-    },
-    Degradation {
-        name: "weights-noise",
-        about: "noise of 0.05 on the weights",
-        part: DegradedPart::Weights(WeightFault::Noise),
-    },
-    Degradation {
-        name: "weights-pruned",
-        about: "30 % of the weights lost",
-        part: DegradedPart::Weights(WeightFault::Pruned),
-    },
+    Degradation { name: "beams-near", part: DegradedPart::Laser(LaserFault::Near) },
+    Degradation { name: "beams-far", part: DegradedPart::Laser(LaserFault::Far) },
+    Degradation { name: "laser-noise", part: DegradedPart::Laser(LaserFault::Noise) },
+    Degradation { name: "weights-8-bit", part: DegradedPart::Weights(WeightFault::EightBit) },
+    Degradation { name: "weights-noise", part: DegradedPart::Weights(WeightFault::Noise) },
+    Degradation { name: "weights-pruned", part: DegradedPart::Weights(WeightFault::Pruned) },
 ];
 
 impl Degradation {

@@ -33,11 +33,12 @@ impl Controller {
         }
     }
 
-    /// Name and threshold of every fully connected layer.
+    /// Name and threshold of every fully connected layer; none when thresholds are dynamic.
     pub fn thresholds(&self) -> Vec<(String, f64)> {
         let of = |layer: &crate::net::Layer| (layer.name.clone(), layer.threshold);
         match self {
             Self::Described(network) => network.layers.iter().map(of).collect(),
+            Self::EemSan(network) if network.dynamic.is_some() => Vec::new(),
             Self::EemSan(network) => network.dense_layers().map(of).collect(),
         }
     }

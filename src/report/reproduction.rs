@@ -15,7 +15,7 @@ use printed::{PrintedRow, PrintedTable, SUCCESS};
 /// Version of the JSON form.
 pub const REPRODUCTION_FORMAT: u32 = 1;
 
-/// Before the name of a network that flew compiled.
+/// Before the name of a network that is compiled and flown on the chip.
 pub const ON_CHIP: &str = "chip:";
 
 /// What `reproduce` found, whole or in part.

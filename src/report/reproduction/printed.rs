@@ -28,7 +28,7 @@ pub struct PrintedTable {
     pub maps: &'static [&'static str],
     /// Rows.
     pub rows: &'static [PrintedRow],
-    /// Steps between rows whose size is of interest: from, to, and the printed size.
+    /// Steps between rows whose size is of interest: from, to.
     pub steps: &'static [(usize, usize)],
 }
 

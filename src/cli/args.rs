@@ -92,6 +92,9 @@ pub(super) struct TrainArgs {
     /// A few seconds of everything, to see that it runs
     #[arg(long, global = true)]
     pub(super) quick: bool,
+    /// Seed in place of the configuration's
+    #[arg(long, value_name = "N", global = true)]
+    pub(super) seed: Option<u64>,
     /// Stop after this many rounds; the same command goes on from there
     #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..), global = true)]
     pub(super) rounds: Option<u64>,
@@ -130,6 +133,8 @@ pub(super) enum RecipeArg {
     Plain,
     /// One stage from fresh weights, the same for every network
     Compare,
+    /// The same with an encoder that learns with the actor; give --encoder
+    CompareE2e,
 }
 
 #[derive(Debug, Subcommand)]
@@ -141,6 +146,9 @@ pub(super) enum TrainVerb {
         /// Network; `naive`, `fixed` and `eem-san` take events and need --encoder
         #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(VARIANTS.map(|v| v.name)))]
         variant: Option<String>,
+        /// Thresholds at the start, for good where they are fixed, in place of the configuration's
+        #[arg(long, value_name = "X")]
+        threshold: Option<f64>,
         /// Weights of the auto-encoder, as `train hsvae` writes them, or of an EEM-SAN for its encoder
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,

@@ -25,6 +25,7 @@ const FIFTH_CONFIG: &str = include_str!("../train/configs/fifth.toml");
 const STREAMING_CONFIG: &str = include_str!("../train/configs/streaming.toml");
 const E2E_CONFIG: &str = include_str!("../train/configs/e2e.toml");
 const COMPARE_CONFIG: &str = include_str!("../train/configs/compare.toml");
+const COMPARE_E2E_CONFIG: &str = include_str!("../train/configs/compare_e2e.toml");
 const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 
 /// Weights of the actor that did best in the flights of the selection.
@@ -36,9 +37,9 @@ const MEASURE_TICKS: u64 = 60;
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     match &args.what {
         TrainVerb::Hsvae {} => hsvae(args),
-        TrainVerb::Actor { variant, encoder, recipe, from } => {
+        TrainVerb::Actor { variant, threshold, encoder, recipe, from } => {
             let files = [encoder.as_deref(), from.as_deref()];
-            actor(args, *recipe, variant.as_deref(), files)
+            actor(args, *recipe, (variant.as_deref(), *threshold), files)
         }
     }
 }
@@ -113,6 +114,7 @@ fn config_text(args: &TrainArgs, built_in: &str, name: &str) -> Result<(String, 
 fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
     let (file, text) = config_text(args, HSVAE_CONFIG, "hsvae.toml")?;
     let mut config = HsvaeConfig::from_toml(&file, &text)?;
+    config.seed = args.seed.unwrap_or(config.seed);
     if args.quick {
         config = config.quick();
     }
@@ -190,6 +192,7 @@ fn built_in(recipe: RecipeArg) -> (&'static str, &'static str) {
         RecipeArg::Streaming => (STREAMING_CONFIG, "streaming.toml"),
         RecipeArg::E2e => (E2E_CONFIG, "e2e.toml"),
         RecipeArg::Compare => (COMPARE_CONFIG, "compare.toml"),
+        RecipeArg::CompareE2e => (COMPARE_E2E_CONFIG, "compare_e2e.toml"),
         RecipeArg::Plain => (PLAIN_CONFIG, "plain.toml"),
     }
 }
@@ -197,14 +200,18 @@ fn built_in(recipe: RecipeArg) -> (&'static str, &'static str) {
 fn actor(
     args: &TrainArgs,
     recipe: RecipeArg,
-    variant: Option<&str>,
+    (variant, threshold): (Option<&str>, Option<f64>),
     [encoder, from]: [Option<&Path>; 2],
 ) -> Result<Verdict, Failure> {
     let (built_in, name) = built_in(recipe);
     let (file, text) = config_text(args, built_in, name)?;
     let mut config = ActorConfig::from_toml(&file, &text)?;
+    config.seed = args.seed.unwrap_or(config.seed);
     if let Some(variant) = variant {
         config.network.variant = Some(variant.to_owned());
+    }
+    if let Some(threshold) = threshold {
+        config = config.with_threshold(threshold)?;
     }
     if args.quick {
         config = config.quick();

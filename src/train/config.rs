@@ -400,6 +400,15 @@ impl ActorConfig {
         Err(TrainConfigError::Text { file: "configuration".to_owned(), message })
     }
 
+    /// The same with other thresholds at the start.
+    ///
+    /// Errors: a threshold out of its range.
+    pub fn with_threshold(mut self, threshold: f64) -> Result<Self, TrainConfigError> {
+        self.network.threshold = threshold;
+        self.network.check("--threshold")?;
+        Ok(self)
+    }
+
     /// Sizes of the actor; `latent` are the dimensions of the DVS state, when there is one.
     pub fn shape(&self, variant: &Variant, latent: Option<usize>) -> ActorShape {
         let dvs = vec![LATENT_RANGE; latent.unwrap_or(0)];

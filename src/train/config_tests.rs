@@ -13,6 +13,7 @@ const ACTORS: [&str; 9] = [
     STREAMING,
     include_str!("configs/e2e.toml"),
     include_str!("configs/compare.toml"),
+    include_str!("configs/compare_e2e.toml"),
 ];
 
 fn hsvae_error(from: &str, to: &str) -> String {

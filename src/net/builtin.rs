@@ -19,7 +19,7 @@ pub const NAMES: [&str; 2] = ["reflex", "san"];
 /// Names of the networks that come trained, and their weights in the form of
 /// [`EemSan::from_bytes`].
 /// Those called `compare/VARIANT` had the same steps of the recipe `compare`; seed 1 of the training.
-const TRAINED: [(&str, &[u8]); 5] = [
+const TRAINED: &[(&str, &[u8])] = &[
     ("eem-san", include_bytes!("weights/eem_san.safetensors")),
     ("laser-only", include_bytes!("weights/laser_only.safetensors")),
     ("compare/san", include_bytes!("weights/compare/san.safetensors")),
@@ -60,8 +60,8 @@ pub fn open(name: &str, weights: Option<&Path>) -> Result<Controller, NetError> 
     }
     match read(name, weights) {
         Err(NetError::Unknown { name, known }) => {
-            let trained = TRAINED.map(|(name, _)| name).join(", ");
-            Err(NetError::Unknown { name, known: format!("{known}, {trained}") })
+            let known = [known.as_str()].into_iter().chain(trained_names());
+            Err(NetError::Unknown { name, known: known.collect::<Vec<_>>().join(", ") })
         }
         read => read.map(Controller::Described),
     }
@@ -89,6 +89,11 @@ pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
         _ if path.exists() || path.extension().is_some() => description::read(path, weights),
         _ => Err(NetError::Unknown { name: name.to_owned(), known: NAMES.join(", ") }),
     }
+}
+
+/// Names of the networks that come trained.
+pub fn trained_names() -> impl Iterator<Item = &'static str> {
+    TRAINED.iter().map(|(name, _)| *name)
 }
 
 fn trained(name: &str) -> Option<&'static [u8]> {

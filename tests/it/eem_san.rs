@@ -225,8 +225,9 @@ fn weights_files_that_cannot_be_read_are_refused() {
         let error = builtin::read(name, None).unwrap_err().to_string();
         assert!(error.contains(&is), "{error}");
     }
-    let known = "(there is: reflex, san, eem-san, laser-only, compare/san, compare/popsan, compare/laser-only)";
-    refused(&folder, "drive nobody --json out.json", &[known]);
+    let trained = builtin::trained_names().collect::<Vec<_>>().join(", ");
+    let known = format!("(there is: reflex, san, {trained})");
+    refused(&folder, "drive nobody --json out.json", &[&known]);
     let line = "drive blind.safetensors --json blind.safetensors";
     refused(&folder, line, &["is an input or another output as well"]);
 }

@@ -79,6 +79,9 @@ pub struct HsvaeShape {
     pub aligned_latent: bool,
     /// Factor on the initial weights of a spiking decoder, which are too small for spikes.
     pub decoder_gain: f32,
+    /// What is added to the initial bias of the decoder's last layer: with 0 all pixels begin near
+    /// 0.5, below as dark as frames are.
+    pub decoder_bias: f32,
 }
 
 impl HsvaeShape {
@@ -98,6 +101,7 @@ impl HsvaeShape {
             encoder_lean: 0.0,
             aligned_latent: false,
             decoder_gain: 1.0,
+            decoder_bias: 0.0,
         }
     }
 
@@ -194,13 +198,7 @@ impl Hsvae {
         if self.shape.aligned_latent {
             self.align(&mut parameters);
         }
-        if self.shape.decoder == DecoderKind::Spiking {
-            let decoder = |name: &str| name.starts_with("decoder.") && name.ends_with(".weight");
-            for entry in self.layout.entries().iter().filter(|entry| decoder(&entry.name)) {
-                let weights = entry.slot.of_mut(&mut parameters.values);
-                weights.iter_mut().for_each(|w| *w *= self.shape.decoder_gain);
-            }
-        }
+        self.start_decoder(&mut parameters);
         parameters
     }
 
@@ -216,6 +214,20 @@ impl Hsvae {
                 "mu.weight" => (0..n).for_each(|i| values[i * n + i] += 1.0),
                 "sigma.bias" => values.fill(LOG_VARIANCE_START),
                 _ => {}
+            }
+        }
+    }
+
+    /// Spikes from the start where the decoder has neurons, and how dark its pictures begin.
+    fn start_decoder(&self, parameters: &mut Parameters) {
+        let last = format!("decoder.{}.bias", self.shape.channels.len());
+        for entry in self.layout.entries().iter().filter(|e| e.name.starts_with("decoder.")) {
+            let values = entry.slot.of_mut(&mut parameters.values);
+            if entry.name.ends_with(".weight") && self.shape.decoder == DecoderKind::Spiking {
+                values.iter_mut().for_each(|w| *w *= self.shape.decoder_gain);
+            }
+            if entry.name == last {
+                values.iter_mut().for_each(|b| *b += self.shape.decoder_bias);
             }
         }
     }

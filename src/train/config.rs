@@ -126,6 +126,9 @@ pub struct HsvaeConfig {
     /// Factor on the initial weights of FSVAE's decoder.
     #[serde(default = "one")]
     pub decoder_gain: f32,
+    /// What is added to the initial bias of the decoder's last layer.
+    #[serde(default)]
+    pub decoder_bias: f32,
     /// Share of noise in the action that drives.
     pub exploration: f64,
     /// What the decoder is to show: 1 for the last frame of a tick (the paper), more for the mean
@@ -321,6 +324,7 @@ impl HsvaeConfig {
         range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
         range(file, "encoder_lean", f64::from(config.encoder_lean), 0.0, 100.0)?;
         range(file, "decoder_gain", f64::from(config.decoder_gain), 0.01, 100.0)?;
+        range(file, "decoder_bias", f64::from(config.decoder_bias), -20.0, 20.0)?;
         if !config.kind.spikes() && config.rate_weight > 0.0 {
             let message = format!(
                 "rate_weight is {}, must be 0 with kind = \"{}\": artificial neurons have no spikes",
@@ -358,6 +362,7 @@ impl HsvaeConfig {
             encoder_lean: self.encoder_lean,
             aligned_latent: self.aligned_latent,
             decoder_gain: self.decoder_gain,
+            decoder_bias: self.decoder_bias,
             ..HsvaeShape::eem_san()
         }
     }

@@ -5,8 +5,9 @@
 #   benches/compare.sh [FOLDER] [ROW ...]     all variants without events by default
 #
 # A row is a variant (san, popsan, bdett, laser-only, naive, eem-san), e2e (naive with an encoder that
-# learns through the actor), or fixed-X and learned-X with thresholds of X at the start; -2 or -3 after
-# it is another seed. Rows with events take the auto-encoder that ships.
+# learns through the actor), avae or fsvae (naive with another auto-encoder, trained first), or fixed-X
+# and learned-X with thresholds of X at the start; -2 or -3 after it is another seed of the actor. All
+# others with events take the auto-encoder that ships.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-out/compare}
@@ -30,6 +31,10 @@ for row in "${rows[@]}"; do
         fresh=$out/fresh_encoder
         "${train[@]}" hsvae --config src/train/configs/fresh_encoder.toml --out "$fresh"
         what=(--recipe compare-e2e --encoder "$fresh/hsvae.safetensors")
+        ;;
+    avae | fsvae)
+        "${train[@]}" hsvae --kind "$name" --out "$out/encoder-$name"
+        what=(--recipe compare --variant naive --encoder "$out/encoder-$name/$name.safetensors")
         ;;
     *) what=(--recipe compare --variant "$name") ;;
     esac

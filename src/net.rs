@@ -7,6 +7,7 @@ pub mod conv2d;
 pub mod description;
 pub mod eem_san;
 pub mod encoder;
+mod encoder_kind;
 pub mod error;
 pub mod integer;
 pub mod network;
@@ -17,6 +18,7 @@ pub use bdett::Bdett;
 pub use controller::Controller;
 pub use eem_san::{Branch, ConvLayer, EemSan, EventEncoder, PopulationCode, Readout, StateCode};
 pub use encoder::RateEncoder;
+pub use encoder_kind::EncoderKind;
 pub use error::NetError;
 pub use network::{Layer, Network};
 

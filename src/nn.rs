@@ -45,7 +45,7 @@ pub use adam::{Adam, AdamSettings};
 pub use bdett::Bdett;
 pub use critic::{Critic, CriticShape};
 pub use ddpg::{Ddpg, DdpgSettings, Guide, Losses, Objective, Transitions};
-pub use hsvae::{Hsvae, HsvaeShape};
+pub use hsvae::{DecoderKind, EncoderKind, Hsvae, HsvaeShape};
 pub use parameters::{Layout, Parameters, Slot};
 pub use spike::{Rectangular, Smooth, Spike};
 pub use spiking_encoder::{SpikingEncoder, SpikingEncoderShape};

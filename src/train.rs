@@ -39,7 +39,12 @@ pub fn add_encoder(state: &mut StateWriter, encoder: &EventEncoder) {
     // Mean and deviation are worked into the readout already.
     state.floats("hsvae.latent.mean", &[n], &vec![0.0; n]);
     state.floats("hsvae.latent.deviation", &[n], &vec![1.0; n]);
-    state.floats("hsvae.threshold", &[1], &[encoder.threshold as f32]);
+    if let Some(number) = encoder.kind.number() {
+        state.floats("hsvae.kind", &[1], &[number]);
+    }
+    if encoder.kind.spikes() {
+        state.floats("hsvae.threshold", &[1], &[encoder.threshold as f32]);
+    }
 }
 
 /// `work` on every item, on up to `threads` threads; which thread does what changes no result.

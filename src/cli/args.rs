@@ -137,10 +137,25 @@ pub(super) enum RecipeArg {
     CompareE2e,
 }
 
+/// Auto-encoders.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum KindArg {
+    /// Spiking, with state that lasts
+    Hsvae,
+    /// Artificial, without memory
+    Avae,
+    /// Spiking, at rest at the start of each control tick, with a spiking decoder
+    Fsvae,
+}
+
 #[derive(Debug, Subcommand)]
 pub(super) enum TrainVerb {
-    /// The auto-encoder of event frames (HSVAE)
-    Hsvae {},
+    /// The auto-encoder of event frames, or one that it is compared with
+    Hsvae {
+        /// Which one, with its built-in configuration [default: hsvae]
+        #[arg(long, value_enum)]
+        kind: Option<KindArg>,
+    },
     /// The actor, by default with an encoder EEM-SAN's, without one the laser-only control
     Actor {
         /// Network; `naive`, `fixed` and `eem-san` take events and need --encoder

@@ -143,8 +143,12 @@ pub(super) fn table(deployment: &Deployment) -> String {
         if program.schedule == Schedule::Streaming {
             return format!(", streaming, {} chip steps per control tick", program.steps);
         }
+        let cleared = match program.schedule {
+            Schedule::HeldCleared => ", then cleared",
+            Schedule::Held | Schedule::Streaming => "",
+        };
         let encoder = program.encoder.as_ref().map_or_else(String::new, |phase| {
-            format!(", {} chip steps per {} event frames", phase.chip_steps, phase.frames)
+            format!(", {} chip steps per {} event frames{cleared}", phase.chip_steps, phase.frames)
         });
         let (chip_steps, steps) = (program.decision_steps, program.steps);
         format!("{encoder}, {chip_steps} chip steps per decision (T = {steps})")

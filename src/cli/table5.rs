@@ -57,8 +57,8 @@ impl<'a> Counting<'a> {
         let network = network(args)?;
         let missing = || {
             format!(
-                "{}: not an EEM-SAN with an encoder of event frames, population codes and a middle \
-                 fuse module, which Table 5 and its artificial counterparts are about; train one \
+                "{}: not an EEM-SAN with HSVAE's encoder of event frames, population codes and a \
+                 middle fuse module, which Table 5 and its artificial counterparts are about; train one \
                  with `spikeloop train actor --encoder FILE`",
                 args.network
             )

@@ -11,12 +11,14 @@ use spikeloop::report::curves::{Curve, curves};
 use spikeloop::train::actor::Stage;
 use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, Selected};
 
-use crate::cli::args::{RecipeArg, TrainArgs, TrainVerb};
+use crate::cli::args::{KindArg, RecipeArg, TrainArgs, TrainVerb};
 use crate::cli::drive::all_threads;
 use crate::cli::output::{header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
+const AVAE_CONFIG: &str = include_str!("../train/configs/avae.toml");
+const FSVAE_CONFIG: &str = include_str!("../train/configs/fsvae.toml");
 const FIRST_CONFIG: &str = include_str!("../train/configs/first.toml");
 const SECOND_CONFIG: &str = include_str!("../train/configs/second.toml");
 const THIRD_CONFIG: &str = include_str!("../train/configs/third.toml");
@@ -36,7 +38,7 @@ const MEASURE_TICKS: u64 = 60;
 
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     match &args.what {
-        TrainVerb::Hsvae {} => hsvae(args),
+        TrainVerb::Hsvae { kind } => hsvae(args, *kind),
         TrainVerb::Actor { variant, threshold, encoder, recipe, from } => {
             let files = [encoder.as_deref(), from.as_deref()];
             actor(args, *recipe, (variant.as_deref(), *threshold), files)
@@ -111,8 +113,21 @@ fn config_text(args: &TrainArgs, built_in: &str, name: &str) -> Result<(String, 
     Ok((file, text))
 }
 
-fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
-    let (file, text) = config_text(args, HSVAE_CONFIG, "hsvae.toml")?;
+fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
+    if let (Some(config), Some(_)) = (&args.config, kind) {
+        return Err(format!(
+            "{}: --kind chooses a built-in configuration, and a file says its kind itself; leave \
+             one of them out",
+            config.display()
+        )
+        .into());
+    }
+    let (built_in, name) = match kind.unwrap_or(KindArg::Hsvae) {
+        KindArg::Hsvae => (HSVAE_CONFIG, "hsvae.toml"),
+        KindArg::Avae => (AVAE_CONFIG, "avae.toml"),
+        KindArg::Fsvae => (FSVAE_CONFIG, "fsvae.toml"),
+    };
+    let (file, text) = config_text(args, built_in, name)?;
     let mut config = HsvaeConfig::from_toml(&file, &text)?;
     config.seed = args.seed.unwrap_or(config.seed);
     if args.quick {
@@ -149,7 +164,8 @@ fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
     bar.finish_and_clear();
     folder.checkpoint(|state| training.write(state))?;
     let report = training.measure(MEASURE_TICKS);
-    folder.write("hsvae.safetensors", &training.weights())?;
+    let weights = &format!("{}.safetensors", config.kind.name());
+    folder.write(weights, &training.weights())?;
     let column =
         |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
     let drawn = [
@@ -170,8 +186,12 @@ fn hsvae(args: &TrainArgs) -> Result<Verdict, Failure> {
         ))?;
     }
     let rates: Vec<String> = report.rates.iter().map(|rate| format!("{rate:.3}")).collect();
-    say(format_args!("spikes per neuron and frame, layer by layer: {}", rates.join(", ")))?;
-    say(format_args!("wrote {}", folder.file("hsvae.safetensors").display()))?;
+    let what = match config.kind.spikes() {
+        true => "spikes per neuron and frame",
+        false => "share of outputs above 0",
+    };
+    say(format_args!("{what}, layer by layer: {}", rates.join(", ")))?;
+    say(format_args!("wrote {}", folder.file(weights).display()))?;
     Ok(Verdict::Good)
 }
 

@@ -48,7 +48,7 @@ pub struct QuantizedEemSan {
 
 /// Quantizes every layer by `policy` and lays out the ports.
 ///
-/// Errors: as [`quantize_layer`]; thresholds that move.
+/// Errors: as [`quantize_layer`]; thresholds that move; an artificial encoder.
 pub fn quantize_eem_san(
     network: &EemSan,
     policy: &Policy,
@@ -59,6 +59,15 @@ pub fn quantize_eem_san(
             network: network.name.clone(),
             neurons: network.dense_layers().map(|layer| layer.neurons).sum(),
             limit: chip.limits.threshold_configs_per_core,
+            chip: chip.name.clone(),
+        });
+    }
+    if let Some(encoder) = network.encoder.as_ref().filter(|encoder| !encoder.kind.spikes()) {
+        let first = encoder.layers.first();
+        return Err(CompileError::ArtificialEncoder {
+            network: network.name.clone(),
+            layer: first.map_or_else(String::new, |layer| layer.name.clone()),
+            neurons: first.map_or(0, ConvLayer::neurons),
             chip: chip.name.clone(),
         });
     }

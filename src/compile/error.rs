@@ -56,6 +56,34 @@ pub enum CompileError {
         /// Name of the chip.
         chip: String,
     },
+    /// An encoder of artificial neurons (AVAE).
+    #[error(
+        "{network}: layer {layer}: {neurons} artificial neurons (ReLU, AVAE), and {chip} has \
+         compartments that spike and none whose output is a number; fly it in floats, or compile a \
+         network whose encoder spikes (`spikeloop train hsvae --kind hsvae` or `fsvae`)"
+    )]
+    ArtificialEncoder {
+        /// Network.
+        network: String,
+        /// First layer of the encoder.
+        layer: String,
+        /// Its neurons.
+        neurons: usize,
+        /// Name of the chip.
+        chip: String,
+    },
+    /// An encoder that is put to rest at each control tick (FSVAE) and the schedule `streaming`.
+    #[error(
+        "{network}, schedule streaming: the encoder is at rest at the start of each control tick \
+         (FSVAE), and {layers} layers that work at the same time, each on a frame of its own, have \
+         no such start in common; compile it with --schedule held"
+    )]
+    ResetStreaming {
+        /// Network.
+        network: String,
+        /// Layers of its encoder.
+        layers: usize,
+    },
     /// All weights and biases of a layer are zero.
     #[error(
         "layer {layer}: all weights and biases are zero, so there is no scale; train or prune the layer away"

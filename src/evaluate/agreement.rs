@@ -171,7 +171,9 @@ impl Comparison {
         };
         let layers: Vec<LayerAgreement> = expected.into_iter().map(layer).collect();
         let (float, delays) = match chip.schedule() {
-            Schedule::Held => (EemSanPolicy::new(network), vec![0; layers.len()]),
+            Schedule::Held | Schedule::HeldCleared => {
+                (EemSanPolicy::new(network), vec![0; layers.len()])
+            }
             Schedule::Streaming => (EemSanPolicy::streaming(network), chip.delays()),
         };
         let counted = Agreement { layers, ..Agreement::default() };

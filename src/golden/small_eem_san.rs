@@ -14,7 +14,7 @@ use crate::golden::network_loop::{Run, action_text};
 use crate::host::{Deployment, EemSanChipPolicy};
 use crate::net::eem_san::{FRAMES_PER_TICK, KERNEL, ROBOT_STATE};
 use crate::net::{
-    Branch, ConvLayer, EemSan, EventEncoder, Layer, PopulationCode, Readout, StateCode,
+    Branch, ConvLayer, EemSan, EncoderKind, EventEncoder, Layer, PopulationCode, Readout, StateCode,
 };
 use crate::policy::{EventFrame, FRAME_COLUMNS, Observation, Policy as _};
 use crate::rng::{Draw, Streams, stream};
@@ -149,8 +149,9 @@ fn network(draw: &mut Draw) -> EemSan {
     let inputs = side * side * CHANNELS[CHANNELS.len() - 1];
     let bias = vec![0.0; LATENT];
     let readout = Readout { weights: uniform(draw, LATENT * inputs, -0.5, 0.5), bias };
-    let encoder =
-        EventEncoder { layers, threshold: 0.1, keep_current: 0.5, keep_voltage: 0.75, readout };
+    let (kind, threshold) = (EncoderKind::Hsvae, 0.1);
+    let (keep_current, keep_voltage) = (0.5, 0.75);
+    let encoder = EventEncoder { kind, layers, threshold, keep_current, keep_voltage, readout };
     let laser = branch(draw, "fuse.laser", ROBOT_STATE);
     let dvs = branch(draw, "fuse.dvs", LATENT);
     let decision = vec![

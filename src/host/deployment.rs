@@ -159,7 +159,8 @@ impl Deployment {
 
     /// Compiles an EEM-SAN or its laser-only control.
     ///
-    /// Errors: as [`quantize_eem_san`] and [`place::place`]; streaming without an encoder.
+    /// Errors: as [`quantize_eem_san`] and [`place::place`]; streaming without an encoder, or with
+    /// one that is reset at each control tick.
     pub fn compile_eem_san(
         network: &EemSan,
         policy: &Policy,
@@ -174,6 +175,17 @@ impl Deployment {
             });
         }
         let quantized = quantize_eem_san(network, policy, chip)?;
+        let forgets = network.encoder.as_ref().filter(|encoder| !encoder.kind.carries());
+        let schedule = match (schedule, forgets) {
+            (Schedule::Streaming, Some(encoder)) => {
+                return Err(CompileError::ResetStreaming {
+                    network: network.name.clone(),
+                    layers: encoder.layers.len(),
+                });
+            }
+            (Schedule::Held, Some(_)) => Schedule::HeldCleared,
+            (schedule, _) => schedule,
+        };
         let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
         Ok(Self {
             network: network.name.clone(),

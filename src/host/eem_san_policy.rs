@@ -154,6 +154,9 @@ impl EemSanChipPolicy {
         let voltages = self.latent_voltages(&before);
         self.keep(&phase.layers, phase.frames, start, &record);
         self.count_phase(&phase, &counted);
+        if self.program.schedule == Schedule::HeldCleared {
+            self.engine.reset_cores(&self.cores_of(&phase.layers), true);
+        }
         voltages
     }
 

@@ -12,7 +12,8 @@
 //! ```
 //! A layer of the encoder is held outside its five steps, so that its state lasts and it makes no
 //! step of its own; the other phase's cores are held throughout. With that, chip and Algorithm 1
-//! (in fixed point) are equal spike for spike.
+//! (in fixed point) are equal spike for spike. The decision module is cleared after each decision;
+//! an encoder that forgets from tick to tick (FSVAE) is cleared after its phase as well.
 //!
 //! *Streaming*. One chip step for each event frame, and nothing is held. Layer `k` of the encoder
 //! works on the frame of `k` steps ago, so the readout lacks the newest frames, and its bias begins
@@ -44,6 +45,10 @@ pub enum Schedule {
     Held,
     /// Both at the pace of event frames, each layer later than the one before.
     Streaming,
+    /// As `Held`, and the encoder is cleared after its phase, as the decision module is: for one
+    /// that is at rest at the start of each control tick (FSVAE). Compiling such a network for
+    /// `Held` gives this.
+    HeldCleared,
 }
 
 /// How the host runs an EEM-SAN on the chip.
@@ -355,6 +360,9 @@ impl EemSanProgram {
         let outputs = map.populations()[output.population as usize].len();
         if outputs != 2 {
             return Err(format!("output population has {outputs} neurons, 2 expected"));
+        }
+        if self.schedule == Schedule::HeldCleared && self.encoder.is_none() {
+            return Err("there is no encoder to be cleared at each control tick".to_owned());
         }
         let in_step = self.encoder.as_ref().is_some_and(|phase| phase.frames == self.steps);
         if self.schedule == Schedule::Streaming && !in_step {

@@ -24,6 +24,9 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("laser-only", include_bytes!("weights/laser_only.safetensors")),
     ("compare/san", include_bytes!("weights/compare/san.safetensors")),
     ("compare/popsan", include_bytes!("weights/compare/popsan.safetensors")),
+    ("compare/bdett", include_bytes!("weights/compare/bdett.safetensors")),
+    ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
+    ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
 ];
 

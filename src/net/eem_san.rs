@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::net::bdett::Bdett;
 use crate::net::encoder::RATE_INPUTS;
+use crate::net::encoder_kind::EncoderKind;
 use crate::net::error::NetError;
 use crate::net::network::Layer;
 use crate::net::tensors::{self, TensorReader};
@@ -57,18 +58,24 @@ pub struct EemSan {
     pub dynamic: Option<Bdett>,
 }
 
-/// HSVAE's encoder and the readout of its last voltages. State lives for an episode.
+/// HSVAE's encoder and the readout of its last voltages, or one that it is compared with.
+///
+/// Artificial neurons give their drive at once, as neurons do that keep neither current nor
+/// voltage; the readout takes the mean of the last layer's over the frames of a tick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventEncoder {
+    /// What its neurons are, and how long state lives.
+    #[serde(skip_serializing_if = "EncoderKind::is_hsvae")]
+    pub kind: EncoderKind,
     /// Convolutions, 4x4, stride 2, one zero around.
     pub layers: Vec<ConvLayer>,
-    /// Threshold of all their neurons.
+    /// Threshold of all their neurons; 0 of artificial ones.
     pub threshold: f64,
-    /// `d_c`.
+    /// `d_c`; 0 of artificial neurons.
     pub keep_current: f64,
-    /// `d_v`.
+    /// `d_v`; 0 of artificial neurons.
     pub keep_voltage: f64,
-    /// `mu` of the last layer's voltages, scaled to zero mean and unit deviation.
+    /// `mu` of what is read of the last layer, scaled to zero mean and unit deviation.
     pub readout: Readout,
 }
 
@@ -213,12 +220,14 @@ impl EemSan {
     /// Tensors: `hsvae.encoder.K.weight`, `.bias`, `hsvae.threshold`, `hsvae.mu.weight`, `.bias`,
     /// `hsvae.latent.mean`, `.deviation`; `actor.population.B.mean`, `.deviation`,
     /// `actor.fuse.B.weight`, `.bias` for B = `laser`, `dvs`; `actor.decision.K.weight`, `.bias`. K
-    /// counts from 1. Thresholds of layers are `tanh` of their `.r`, or their `.threshold`, or all of
+    /// counts from 1. `hsvae.kind` says which encoder it is: 1 is AVAE, which has no
+    /// `hsvae.threshold`, 2 is FSVAE, none HSVAE ([`EncoderKind`]). Thresholds of layers are `tanh` of their `.r`, or their `.threshold`, or all of
     /// them move by the rule `actor.bdett` ([`Bdett`]). Without `actor.fuse.laser.weight` fusion is
     /// naive, without `actor.population.laser.mean` robot and laser state have SAN's rate code.
     ///
     /// Errors: not safetensors; a tensor missing, of another shape, not finite; a layer without
-    /// neurons; a threshold or a width not above 0; a rule that cannot be.
+    /// neurons; a threshold or a width not above 0; a rule that cannot be; an encoder of no known
+    /// kind.
     pub fn from_bytes(name: &str, file: &str, bytes: &[u8]) -> Result<Self, NetError> {
         let tensors = tensors::open(file, bytes)?;
         let parts = Parts { file, tensors: &tensors };
@@ -323,12 +332,28 @@ impl Parts<'_> {
             (inputs, side) = (outputs, side / 2);
         }
         let Some(last) = layers.last() else { return Ok(None) };
-        let read = self.readout(prefix, last.neurons())?;
-        let tensor = self.reader("encoder");
-        let threshold = f64::from(tensor.read(&format!("{prefix}threshold"), &[1])?[0]);
-        self.above_zero("encoder", "threshold", threshold)?;
-        let (keep_current, keep_voltage) = KEEP;
-        Ok(Some(EventEncoder { layers, threshold, keep_current, keep_voltage, readout: read }))
+        let readout = self.readout(prefix, last.neurons())?;
+        let kind = self.kind(prefix)?;
+        let (mut threshold, (mut keep_current, mut keep_voltage)) = (0.0, KEEP);
+        if kind.spikes() {
+            let tensor = self.reader("encoder");
+            threshold = f64::from(tensor.read(&format!("{prefix}threshold"), &[1])?[0]);
+            self.above_zero("encoder", "threshold", threshold)?;
+        } else {
+            (keep_current, keep_voltage) = (0.0, 0.0);
+        }
+        Ok(Some(EventEncoder { kind, layers, threshold, keep_current, keep_voltage, readout }))
+    }
+
+    fn kind(&self, prefix: &str) -> Result<EncoderKind, NetError> {
+        let name = format!("{prefix}kind");
+        if !self.there(&name) {
+            return Ok(EncoderKind::Hsvae);
+        }
+        let found = self.reader("encoder").read(&name, &[1])?[0];
+        let kind = EncoderKind::ALL.into_iter().find(|kind| kind.number() == Some(found));
+        let limit = "1 (AVAE) or 2 (FSVAE), or no such tensor (HSVAE); train or export again";
+        kind.ok_or_else(|| self.value("encoder", "kind", found.to_string(), limit.to_owned()))
     }
 
     /// `mu`, with the latent vector's mean and deviation worked into it.

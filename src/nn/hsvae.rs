@@ -1,14 +1,17 @@
 //! Hybrid spiking variational auto-encoder: LIF encoder whose state lives for an episode,
-//! artificial decoder (Table 1, Algorithm 2).
+//! artificial decoder (Table 1, Algorithm 2); and the two that the paper compares it with, of the
+//! same sizes: AVAE, whose encoder is artificial, and FSVAE, whose encoder forgets after each
+//! control tick and whose decoder spikes.
 
 mod decoder;
 mod encoder;
+mod spiking_decoder;
 mod trainer;
 
 use crate::nn::init;
 use crate::nn::lif::{LifShape, LifState};
 use crate::nn::parameters::{Layout, Parameters};
-use crate::nn::spike::Spike;
+use crate::nn::spike::{Rectangular, Spike};
 use crate::nn::vae;
 use crate::rng::Streams;
 use decoder::Decoder;
@@ -19,23 +22,51 @@ pub use trainer::{HsvaeSettings, HsvaeTrainer, Sequences};
 /// Log variance of the latent vector at the start, when it is aligned.
 const LOG_VARIANCE_START: f32 = -4.0;
 
+/// What the convolutions of an encoder are made of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum EncoderKind {
+    /// LIF neurons whose state lives for an episode (HSVAE).
+    #[default]
+    Spiking,
+    /// LIF neurons at rest at the start of each control tick (FSVAE).
+    PerTick,
+    /// ReLU after all layers but the last, no memory; what is read is the mean of the last layer's
+    /// outputs over the frames of a tick (AVAE).
+    Artificial,
+}
+
+/// What the hidden layers of a decoder are made of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum DecoderKind {
+    /// ReLU (HSVAE, AVAE).
+    #[default]
+    Artificial,
+    /// LIF neurons that the latent vector drives for as many steps as a tick has frames, at rest
+    /// before (FSVAE).
+    Spiking,
+}
+
 /// Sizes and settings of an auto-encoder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HsvaeShape {
+    /// What the encoder is made of.
+    pub encoder: EncoderKind,
+    /// What the decoder is made of.
+    pub decoder: DecoderKind,
     /// Pixels along one side of a frame; a multiple of 2 to the number of layers.
     pub side: usize,
     /// Channels of the encoder's layers; the frame has one.
     pub channels: Vec<usize>,
     /// Frames per control tick; `mu` and `sigma` are read after the last.
     pub frames: usize,
-    /// Decays and gradient path of the encoder.
+    /// Decays and gradient path of spiking layers.
     pub lif: LifShape,
-    /// Threshold of all encoder layers; it does not learn (the paper gives none).
+    /// Threshold of all spiking layers; it does not learn (the paper gives none).
     pub threshold: f32,
     /// Weight of the divergence in the loss (1 in eq. 5).
     pub divergence_weight: f32,
     /// Weight of the mean spike rate of the encoder's layers in the loss: 0 in the paper, above 0
-    /// makes them sparse.
+    /// makes them sparse. Artificial layers have no spikes, and it does nothing.
     pub rate_weight: f32,
     /// Factor on the encoder's initial weights (PyTorch's default); its biases begin at 0.
     pub encoder_gain: f32,
@@ -46,12 +77,19 @@ pub struct HsvaeShape {
     /// Whether `mu` begins as the last layer's voltages, with little noise, in place of random
     /// mixtures of them.
     pub aligned_latent: bool,
+    /// Factor on the initial weights of a spiking decoder, which are too small for spikes.
+    pub decoder_gain: f32,
+    /// What is added to the initial bias of the decoder's last layer: with 0 all pixels begin near
+    /// 0.5, below as dark as frames are.
+    pub decoder_bias: f32,
 }
 
 impl HsvaeShape {
     /// 128 x 128 x 1 - 16 - 32 - 16 - 1 channels, 5 frames (Table 1).
     pub fn eem_san() -> Self {
         Self {
+            encoder: EncoderKind::Spiking,
+            decoder: DecoderKind::Artificial,
             side: 128,
             channels: vec![16, 32, 16, 1],
             frames: 5,
@@ -62,6 +100,8 @@ impl HsvaeShape {
             encoder_gain: 1.0,
             encoder_lean: 0.0,
             aligned_latent: false,
+            decoder_gain: 1.0,
+            decoder_bias: 0.0,
         }
     }
 
@@ -80,7 +120,9 @@ impl HsvaeShape {
 /// States of the encoder's layers for some samples; zero at the start of an episode.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HsvaeState {
-    /// Layer by layer, [samples, neurons].
+    /// Number of samples.
+    pub samples: usize,
+    /// Layer by layer, [samples, neurons]; nothing where no state is carried from tick to tick.
     pub layers: Vec<LifState>,
 }
 
@@ -156,6 +198,7 @@ impl Hsvae {
         if self.shape.aligned_latent {
             self.align(&mut parameters);
         }
+        self.start_decoder(&mut parameters);
         parameters
     }
 
@@ -175,9 +218,28 @@ impl Hsvae {
         }
     }
 
+    /// Spikes from the start where the decoder has neurons, and how dark its pictures begin.
+    fn start_decoder(&self, parameters: &mut Parameters) {
+        let last = format!("decoder.{}.bias", self.shape.channels.len());
+        for entry in self.layout.entries().iter().filter(|e| e.name.starts_with("decoder.")) {
+            let values = entry.slot.of_mut(&mut parameters.values);
+            if entry.name.ends_with(".weight") && self.shape.decoder == DecoderKind::Spiking {
+                values.iter_mut().for_each(|w| *w *= self.shape.decoder_gain);
+            }
+            if entry.name == last {
+                values.iter_mut().for_each(|b| *b += self.shape.decoder_bias);
+            }
+        }
+    }
+
     /// State at the start of an episode.
     pub fn rest(&self, samples: usize) -> HsvaeState {
-        HsvaeState { layers: self.encoder.neurons().map(|n| LifState::rest(samples * n)).collect() }
+        match self.shape.encoder {
+            EncoderKind::Spiking => self.encoder.rest(samples),
+            EncoderKind::PerTick | EncoderKind::Artificial => {
+                HsvaeState { samples, layers: Vec::new() }
+            }
+        }
     }
 
     /// Runs frames through the encoder and reads `mu` and log variance after every tick.
@@ -197,12 +259,39 @@ impl Hsvae {
     ///
     /// Shapes: `latent` [rows, latent]; result [rows, pixels].
     pub fn decode(&self, values: &[f32], latent: &[f32]) -> Vec<f32> {
-        self.decoder.forward(values, latent).output().to_vec()
+        self.decoder.forward::<Rectangular>(values, latent).output().to_vec()
     }
 
     /// Loss of eq. 5 over some ticks and its gradient, added to `gradient`. Back-propagation ends
-    /// at the state that was carried in.
+    /// at the state that was carried in, or at the start of each tick where none is.
     pub fn loss<S: Spike>(
+        &self,
+        values: &[f32],
+        gradient: &mut [f32],
+        batch: &HsvaeBatch,
+        state: &mut HsvaeState,
+    ) -> HsvaeLoss {
+        if self.shape.encoder != EncoderKind::PerTick {
+            return self.loss_of_stretch::<S>(values, gradient, batch, state);
+        }
+        let picture = state.samples * self.shape.pixels();
+        let ticks = batch.frames.chunks_exact(self.shape.frames * picture);
+        let share = batch.share / ticks.len().max(1) as f32;
+        let noise = batch.noise.chunks_exact(state.samples * self.shape.latent());
+        let mut sum = HsvaeLoss::default();
+        for ((frames, targets), noise) in ticks.zip(batch.targets.chunks_exact(picture)).zip(noise)
+        {
+            let tick = HsvaeBatch { frames, targets, noise, share };
+            let loss = self.loss_of_stretch::<S>(values, gradient, &tick, state);
+            sum.reconstruction += loss.reconstruction;
+            sum.divergence += loss.divergence;
+            sum.rate += loss.rate;
+        }
+        sum
+    }
+
+    /// [`Hsvae::loss`] of ticks that the state goes through; of one where none is carried.
+    fn loss_of_stretch<S: Spike>(
         &self,
         values: &[f32],
         gradient: &mut [f32],
@@ -211,7 +300,7 @@ impl Hsvae {
     ) -> HsvaeLoss {
         let seen: EncoderTrace<S> = self.encode(values, batch.frames, state);
         let latent = vae::reparameterise(&seen.mean, &seen.log_variance, batch.noise);
-        let made = self.decoder.forward(values, &latent);
+        let made = self.decoder.forward::<S>(values, &latent);
         let mut d_output = vec![0.0; made.output().len()];
         let reconstruction =
             vae::mean_square(made.output(), batch.targets, batch.share, &mut d_output);
@@ -222,7 +311,10 @@ impl Hsvae {
         let scale = self.shape.divergence_weight * batch.share / rows as f32;
         let divergence =
             vae::divergence(&seen.mean, &seen.log_variance, scale, &mut d_mean, &mut d_log);
-        let rate_scale = self.shape.rate_weight * batch.share;
+        let rate_scale = match self.shape.encoder {
+            EncoderKind::Spiking | EncoderKind::PerTick => self.shape.rate_weight * batch.share,
+            EncoderKind::Artificial => 0.0,
+        };
         let d_read = [d_mean.as_slice(), d_log.as_slice()];
         self.encoder.backward(values, gradient, batch.frames, &seen, d_read, rate_scale);
         let rate = f64::from(rate_scale) * seen.mean_rate();

@@ -49,14 +49,44 @@ fn sizes_are_those_of_table_1() {
     assert!(made.iter().all(|pixel| (0.0..=1.0).contains(pixel)));
 }
 
+/// The small shape as AVAE and as FSVAE.
+fn peers() -> [HsvaeShape; 2] {
+    [
+        HsvaeShape { encoder: EncoderKind::Artificial, ..small() },
+        HsvaeShape {
+            encoder: EncoderKind::PerTick,
+            decoder: DecoderKind::Spiking,
+            decoder_gain: 4.0,
+            ..small()
+        },
+    ]
+}
+
 #[test]
 fn gradients_equal_finite_differences() {
-    let hsvae = Hsvae::new(&small());
+    gradients_equal_those_of(&small());
+}
+
+#[test]
+fn gradients_of_avae_and_fsvae_equal_finite_differences() {
+    peers().iter().for_each(gradients_equal_those_of);
+}
+
+fn gradients_equal_those_of(shape: &HsvaeShape) {
+    let hsvae = Hsvae::new(shape);
     let mut values = hsvae.initial(&Streams::new(2, 0)).values;
     values.iter_mut().for_each(|value| *value *= 2.0);
-    // Keep the decoder's units away from the kink of the ReLU, some on, some off.
-    let bias = hsvae.layout().find("decoder.1.bias").unwrap().slot;
-    bias.of_mut(&mut values).copy_from_slice(&[2.5, -2.5, 2.5]);
+    let mut set = |name: &str, biases: &[f32]| {
+        let slot = hsvae.layout().find(name).unwrap().slot;
+        slot.of_mut(&mut values).copy_from_slice(biases);
+    };
+    // Keep artificial units away from the kink of the ReLU, some on, some off.
+    if shape.decoder == DecoderKind::Artificial {
+        set("decoder.1.bias", &[2.5, -2.5, 2.5]);
+    }
+    if shape.encoder == EncoderKind::Artificial {
+        set("encoder.1.bias", &[4.0, -9.0, 6.0]);
+    }
     // Two ticks of two frames, two samples; the state is not zero at the start.
     let (frames, noise) = (frames(4, 2, 16), gaussians(4, 2 * 2 * 16));
     let targets = frames[..2 * 2 * 256].to_vec();
@@ -98,10 +128,71 @@ fn readout_sees_the_last_frame_of_a_tick_and_state_goes_on() {
     assert_eq!(last, &whole.readout[2 * 48..]);
 }
 
+#[test]
+fn an_artificial_encoder_reads_the_mean_of_a_tick_and_nothing_goes_on() {
+    let hsvae = Hsvae::new(&peers()[0]);
+    let values = hsvae.initial(&Streams::new(2, 0)).values;
+    let frames = frames(4, 3, 16);
+    let mut state = hsvae.rest(3);
+    let both = hsvae.encode::<Rectangular>(&values, &frames, &mut state);
+    assert_eq!(state, hsvae.rest(3));
+    assert_eq!(both.mean.len(), 2 * 3 * hsvae.shape().latent());
+    let outputs = both.outputs.last().unwrap();
+    let n = 3 * hsvae.shape().latent();
+    for (index, read) in both.readout.iter().enumerate() {
+        let (tick, at) = (index / n, index % n);
+        let mean = (outputs[2 * tick * n + at] + outputs[(2 * tick + 1) * n + at]) / 2.0;
+        assert!((read - mean).abs() < 1e-6, "{read} {mean}");
+    }
+    assert!(outputs.iter().any(|output| *output < 0.0), "no ReLU after the last layer");
+    let rates = both.rates();
+    assert!(rates.iter().all(|rate| (0.0..=1.0).contains(rate)), "{rates:?}");
+    // The order of the frames of a tick does not matter, that of the ticks does not either.
+    let turned: Vec<f32> = frames.chunks(3 * 256).rev().flatten().copied().collect();
+    let turned = hsvae.encode::<Rectangular>(&values, &turned, &mut state);
+    let ticks = turned.mean.chunks(n).rev().flatten();
+    for (found, expected) in ticks.zip(&both.mean) {
+        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    }
+}
+
+#[test]
+fn an_encoder_that_forgets_sees_every_tick_as_if_it_were_the_first() {
+    let hsvae = Hsvae::new(&peers()[1]);
+    let values = hsvae.initial(&Streams::new(2, 0)).values;
+    let frames = frames(6, 3, 16);
+    let mut state = hsvae.rest(3);
+    let all = hsvae.encode::<Rectangular>(&values, &frames, &mut state);
+    assert_eq!(state, hsvae.rest(3));
+    let carries = Hsvae::new(&small());
+    for (tick, frames) in frames.chunks(2 * 3 * 256).enumerate() {
+        let first = carries.encode::<Rectangular>(&values, frames, &mut carries.rest(3));
+        let n = first.mean.len();
+        assert_eq!(first.mean, all.mean[tick * n..(tick + 1) * n]);
+    }
+    let going_on = carries.encode::<Rectangular>(&values, &frames, &mut carries.rest(3));
+    assert_ne!(going_on.mean, all.mean);
+}
+
+#[test]
+fn a_spiking_decoder_spikes_at_the_start() {
+    let hsvae = Hsvae::new(&HsvaeShape { side: 128, ..peers()[1].clone() });
+    let values = hsvae.initial(&Streams::new(2, 0)).values;
+    let n = hsvae.shape().latent();
+    let [dark, bright] = [0.0, 1.0].map(|level| hsvae.decode(&values, &vec![level; n]));
+    assert_eq!(dark.len(), 128 * 128);
+    assert_ne!(dark, bright);
+    assert!(bright.iter().all(|pixel| (0.0..=1.0).contains(pixel)));
+}
+
 fn trainer(count: usize, threads: usize) -> HsvaeTrainer {
+    trainer_of(&small(), count, threads)
+}
+
+fn trainer_of(shape: &HsvaeShape, count: usize, threads: usize) -> HsvaeTrainer {
     let shards = Shards { count, threads };
     let settings = HsvaeSettings { adam: AdamSettings::with_rate(5e-3), shards };
-    HsvaeTrainer::new(&settings, &small(), &Streams::new(4, 0))
+    HsvaeTrainer::new(&settings, shape, &Streams::new(4, 0))
 }
 
 #[test]
@@ -126,10 +217,17 @@ fn results_depend_on_shards_only_by_rounding_and_not_on_threads() {
 
 #[test]
 fn loss_falls_and_a_saved_run_goes_on_byte_for_byte() {
+    let [avae, fsvae] = peers();
+    for shape in [small(), avae, fsvae] {
+        loss_falls_and_goes_on(&shape);
+    }
+}
+
+fn loss_falls_and_goes_on(shape: &HsvaeShape) {
     let frames = frames(4, 4, 16);
     let targets: Vec<f32> = frames.chunks(4 * 256).skip(1).step_by(2).flatten().copied().collect();
     let batch = Sequences { samples: 4, frames: &frames, targets: &targets };
-    let mut trainer = trainer(2, 2);
+    let mut trainer = trainer_of(shape, 2, 2);
     let step = |trainer: &mut HsvaeTrainer| {
         let mut state = trainer.layers().rest(4);
         let loss = trainer.update(&batch, &mut state, &Streams::new(1, 0));
@@ -140,7 +238,7 @@ fn loss_falls_and_a_saved_run_goes_on_byte_for_byte() {
     let mut state = StateWriter::default();
     trainer.write(&mut state);
     let bytes = state.bytes();
-    let mut resumed = super::tests::trainer(2, 1);
+    let mut resumed = trainer_of(shape, 2, 1);
     resumed.read(&StateReader::new("run", &bytes).unwrap()).unwrap();
     assert_eq!(resumed.updates(), 150);
     assert_eq!(step(&mut resumed), step(&mut trainer));

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::cost::{Row, Shape, closed_form};
 use crate::net::eem_san::FRAMES_PER_TICK;
-use crate::net::{Branch, ConvLayer, EventEncoder, Layer, PopulationCode, Readout};
+use crate::net::{Branch, ConvLayer, EncoderKind, EventEncoder, Layer, PopulationCode, Readout};
 use crate::policy::{EventFrame, Policy};
 use crate::reference::event_encoder::FloatEncoder;
 use crate::reference::{EemSanPolicy, eem_san::FloatDecision};
@@ -92,6 +92,7 @@ fn network(sizes: &Sizes, draw: &mut Draw) -> EemSan {
         inputs = *neurons;
     }
     let encoder = EventEncoder {
+        kind: EncoderKind::Hsvae,
         layers: convs,
         threshold: 0.5,
         keep_current: 0.5,

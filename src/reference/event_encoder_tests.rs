@@ -1,4 +1,5 @@
 use super::*;
+use crate::net::EncoderKind;
 use crate::net::eem_san::{ConvLayer, Readout};
 use crate::rng::{Draw, Streams, stream};
 
@@ -24,6 +25,7 @@ fn encoder_of(channels: &[usize]) -> EventEncoder {
     }
     let neurons = layers[layers.len() - 1].neurons();
     EventEncoder {
+        kind: EncoderKind::Hsvae,
         layers,
         threshold: 0.5,
         keep_current: 0.5,
@@ -162,12 +164,111 @@ fn every_bit_is_that_of_plain_loops_for_all_numbers_of_channels() {
             }
         }
         assert_eq!(fast.spikes(), spikes);
-        for ((layer, state), outputs) in fast.layers.iter().zip(&states).zip(channels) {
+        let Layers::Spiking(layers) = &fast.layers else { panic!("spiking layers expected") };
+        for ((layer, state), outputs) in layers.iter().zip(&states).zip(channels) {
             let area = state.len() / outputs;
             for (neuron, voltage) in layer.voltages().iter().enumerate() {
                 let expected = state[neuron % area * outputs + neuron / area].1;
                 assert_eq!(voltage.to_bits(), expected.to_bits(), "{channels:?}: {neuron}");
             }
         }
+    }
+}
+
+/// The encoder as AVAE's.
+fn artificial_of(channels: &[usize]) -> EventEncoder {
+    EventEncoder {
+        kind: EncoderKind::Avae,
+        threshold: 0.0,
+        keep_current: 0.0,
+        keep_voltage: 0.0,
+        ..encoder_of(channels)
+    }
+}
+
+/// Artificial neurons one by one in 32-bit floats: bias, then each input above 0 times its weight,
+/// in the order by row, column and channel. `input` and result are in that order.
+fn plain_sums(layer: &ConvLayer, input: &[f32]) -> Vec<f32> {
+    let (side, half) = (layer.side, layer.side / 2);
+    let mut sums = Vec::new();
+    for neuron in 0..layer.neurons() {
+        let (pixel, output) = (neuron / layer.outputs, neuron % layer.outputs);
+        let mut sum = layer.bias[output];
+        for tap in 0..16 {
+            let (y, x) = (2 * (pixel / half) + tap / 4, 2 * (pixel % half) + tap % 4);
+            if !(1..=side).contains(&y) || !(1..=side).contains(&x) {
+                continue;
+            }
+            let first = ((y - 1) * side + x - 1) * layer.inputs;
+            for channel in (0..layer.inputs).filter(|channel| input[first + channel] > 0.0) {
+                let weight = layer.weights[(output * layer.inputs + channel) * 16 + tap];
+                sum += input[first + channel] * weight;
+            }
+        }
+        sums.push(sum);
+    }
+    sums
+}
+
+#[test]
+fn artificial_layers_have_every_bit_of_plain_loops_and_no_memory() {
+    for channels in [&[16usize, 32, 16, 1][..], &[8, 4], &[64, 24], &[5, 3], &[2]] {
+        let encoder = artificial_of(channels);
+        let mut fast = FloatEncoder::new(&encoder);
+        let mut draw = Streams::new(5, 0).at(stream::STIMULUS, 0);
+        let last = encoder.layers.last().unwrap();
+        for tick in 0..2 {
+            let mut sums = vec![0.0f32; last.neurons()];
+            for _ in 0..if tick == 0 { FRAMES_PER_TICK } else { 2 } {
+                let frame = EventFrame::random(&mut draw, 700);
+                fast.step(&frame);
+                let pixel = |n: usize| f32::from(u8::from(frame.get(n % 128, n / 128)));
+                let mut values: Vec<f32> = (0..128 * 128).map(pixel).collect();
+                for (layer, spiking) in encoder.layers.iter().zip(fast.spiking()) {
+                    values = plain_sums(layer, &values);
+                    let above = values.iter().filter(|value| **value > 0.0).count();
+                    assert!(above > 0 && above < values.len(), "all or nothing tests little");
+                    assert_eq!(spiking.len(), above);
+                }
+                sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += value);
+            }
+            let frames = if tick == 0 { 5.0 } else { 2.0 };
+            let area = sums.len() / last.outputs;
+            let mean: Vec<f32> = (0..sums.len())
+                .map(|n| sums[n % area * last.outputs + n / area] / frames)
+                .collect();
+            let expected = encoder.readout.apply(&mean);
+            let bits = |all: &[f32]| all.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&fast.state()), bits(&expected), "{channels:?}, tick {tick}");
+        }
+    }
+}
+
+#[test]
+fn an_encoder_that_forgets_begins_every_tick_at_rest() {
+    let mut encoder = encoder();
+    let mut carries = FloatEncoder::new(&encoder);
+    encoder.kind = EncoderKind::Fsvae;
+    let mut forgets = FloatEncoder::new(&encoder);
+    let mut draw = Streams::new(6, 0).at(stream::STIMULUS, 0);
+    let frames: Vec<EventFrame> = (0..10).map(|_| EventFrame::random(&mut draw, 700)).collect();
+    for (index, frame) in frames.iter().enumerate() {
+        forgets.step(frame);
+        if index == 5 {
+            // What it saw is there until the next tick's first frame.
+            carries.reset();
+        }
+        carries.step(frame);
+        assert_eq!(forgets.state(), carries.state(), "frame {index}");
+        assert_eq!(forgets.spiking(), carries.spiking(), "frame {index}");
+    }
+    // A trial that ends within a tick is followed by one that begins a tick.
+    forgets.step(&frames[0]);
+    forgets.reset();
+    carries.reset();
+    for (index, frame) in frames.iter().take(5).enumerate() {
+        forgets.step(frame);
+        carries.step(frame);
+        assert_eq!(forgets.state(), carries.state(), "frame {index} of the next trial");
     }
 }

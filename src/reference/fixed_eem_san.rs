@@ -17,6 +17,8 @@ use crate::reference::fixed::FixedLayer;
 #[derive(Debug, Clone)]
 pub struct FixedEemSan {
     encoder: Vec<FixedConv>,
+    /// Whether the encoder's state goes on from tick to tick.
+    carries: bool,
     branches: Vec<FixedLayer>,
     decision: Vec<FixedLayer>,
     widths: Widths,
@@ -54,7 +56,9 @@ impl FixedEemSan {
             voltages: vec![0; shape.neurons()],
         };
         let encoder = layers.into_iter().zip(shapes).map(conv).collect();
-        Self { encoder, branches, decision, widths: Widths::new(&chip.arithmetic) }
+        let carries = network.encoder.as_ref().is_none_or(|encoder| encoder.kind.carries());
+        let widths = Widths::new(&chip.arithmetic);
+        Self { encoder, carries, branches, decision, widths }
     }
 
     /// A new episode: the encoder at rest.
@@ -65,8 +69,12 @@ impl FixedEemSan {
         }
     }
 
-    /// One step of the encoder for each frame: spikes of its layers.
+    /// One step of the encoder for each frame: spikes of its layers. An encoder that forgets (FSVAE)
+    /// begins at rest: the frames are those of a control tick.
     pub fn encode(&mut self, frames: &[EventFrame]) -> LayerSpikes {
+        if !self.carries {
+            self.reset();
+        }
         let mut all = vec![Vec::new(); self.encoder.len()];
         for frame in frames {
             let mut spikes: Vec<u32> = frame.active().map(|pixel| pixel as u32).collect();

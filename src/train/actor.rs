@@ -101,7 +101,8 @@ impl ActorTraining {
     /// control's without.
     ///
     /// Errors: settings of the flights out of their limits; a variant that does not go with the
-    /// encoder or its absence, or with delays; an encoder should learn, and there is none.
+    /// encoder or its absence, or with delays; an encoder should learn, and there is none, or one
+    /// that cannot ([`ActorConfig::check_encoder`]).
     pub fn new(
         config: &ActorConfig,
         encoder: Option<&EventEncoder>,
@@ -110,6 +111,7 @@ impl ActorTraining {
         if config.end_to_end.is_some() && encoder.is_none() {
             return Err(TrainConfigError::NoEncoder);
         }
+        encoder.map_or(Ok(()), |encoder| config.check_encoder(encoder.kind))?;
         let variant = config.variant(encoder.is_some())?;
         let shape = config.shape(variant, encoder.map(|encoder| encoder.readout.bias.len()));
         let first = config.phase(0).0;

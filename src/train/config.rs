@@ -4,8 +4,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::closed_loop::{ConfigError, TrialConfig};
+use crate::net::EncoderKind;
+use crate::nn::hsvae;
 use crate::nn::variant::{Thresholds, VARIANTS, Variant};
-use crate::nn::{ActorShape, HsvaeShape};
+use crate::nn::{ActorShape, DecoderKind, HsvaeShape};
 use crate::train::flight::Delays;
 use crate::train::rooms::RoomRules;
 use crate::train::selection::SelectionConfig;
@@ -54,6 +56,19 @@ pub enum TrainConfigError {
          `spikeloop train hsvae` writes it"
     )]
     NoEncoder,
+    /// An encoder that a setting of the actor's training does not go with.
+    #[error(
+        "{setting}: the encoder is {kind}, HSVAE expected: {reason}; take an encoder of \
+         `spikeloop train hsvae`, or a configuration without it"
+    )]
+    EncoderKind {
+        /// The setting.
+        setting: &'static str,
+        /// Kind of the encoder.
+        kind: &'static str,
+        /// Why not.
+        reason: &'static str,
+    },
     /// A setting of the flights.
     #[error("{file}: {source}")]
     Trial {
@@ -84,6 +99,9 @@ pub struct FlightConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HsvaeConfig {
+    /// Which auto-encoder.
+    #[serde(default)]
+    pub kind: EncoderKind,
     /// Seed of all random streams.
     pub seed: u64,
     /// Rounds in all.
@@ -105,6 +123,12 @@ pub struct HsvaeConfig {
     pub encoder_lean: f32,
     /// Whether `mu` begins as the last voltages, in place of random mixtures of them.
     pub aligned_latent: bool,
+    /// Factor on the initial weights of FSVAE's decoder.
+    #[serde(default = "one")]
+    pub decoder_gain: f32,
+    /// What is added to the initial bias of the decoder's last layer.
+    #[serde(default)]
+    pub decoder_bias: f32,
     /// Share of noise in the action that drives.
     pub exploration: f64,
     /// What the decoder is to show: 1 for the last frame of a tick (the paper), more for the mean
@@ -299,6 +323,16 @@ impl HsvaeConfig {
         range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
         range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
         range(file, "encoder_lean", f64::from(config.encoder_lean), 0.0, 100.0)?;
+        range(file, "decoder_gain", f64::from(config.decoder_gain), 0.01, 100.0)?;
+        range(file, "decoder_bias", f64::from(config.decoder_bias), -20.0, 20.0)?;
+        if !config.kind.spikes() && config.rate_weight > 0.0 {
+            let message = format!(
+                "rate_weight is {}, must be 0 with kind = \"{}\": artificial neurons have no spikes",
+                config.rate_weight,
+                config.kind.name()
+            );
+            return Err(TrainConfigError::Text { file: file.to_owned(), message });
+        }
         range(file, "exploration", config.exploration, 0.0, 1.0)?;
         range(file, "blur_px", config.blur_px as f64, 1.0, 31.0)?;
         range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
@@ -314,12 +348,21 @@ impl HsvaeConfig {
 
     /// Sizes of the network.
     pub fn shape(&self) -> HsvaeShape {
+        let (encoder, decoder) = match self.kind {
+            EncoderKind::Hsvae => (hsvae::EncoderKind::Spiking, DecoderKind::Artificial),
+            EncoderKind::Avae => (hsvae::EncoderKind::Artificial, DecoderKind::Artificial),
+            EncoderKind::Fsvae => (hsvae::EncoderKind::PerTick, DecoderKind::Spiking),
+        };
         HsvaeShape {
+            encoder,
+            decoder,
             divergence_weight: self.divergence_weight,
             rate_weight: self.rate_weight,
             encoder_gain: self.encoder_gain,
             encoder_lean: self.encoder_lean,
             aligned_latent: self.aligned_latent,
+            decoder_gain: self.decoder_gain,
+            decoder_bias: self.decoder_bias,
             ..HsvaeShape::eem_san()
         }
     }
@@ -409,6 +452,23 @@ impl ActorConfig {
         Ok(self)
     }
 
+    /// Whether an encoder of this kind goes with the configuration.
+    ///
+    /// Errors: it should learn with the actor, or be read late, and is not HSVAE.
+    pub fn check_encoder(&self, kind: EncoderKind) -> Result<(), TrainConfigError> {
+        let (setting, reason) = match self {
+            _ if kind.is_hsvae() => return Ok(()),
+            Self { end_to_end: Some(_), .. } => {
+                ("end_to_end", "only neurons that spike and keep their state learn end to end")
+            }
+            Self { readout_delay_frames: 1.., .. } => {
+                ("readout_delay_frames", "without state from tick to tick nothing streams")
+            }
+            _ => return Ok(()),
+        };
+        Err(TrainConfigError::EncoderKind { setting, kind: kind.title(), reason })
+    }
+
     /// Sizes of the actor; `latent` are the dimensions of the DVS state, when there is one.
     pub fn shape(&self, variant: &Variant, latent: Option<usize>) -> ActorShape {
         let dvs = vec![LATENT_RANGE; latent.unwrap_or(0)];
@@ -479,6 +539,10 @@ impl Phase {
         range(file, "phases.critic_rate", f64::from(self.critic_rate), 0.0, 1.0)?;
         range(file, "phases.encoder_rate", f64::from(self.encoder_rate), 0.0, 1.0)
     }
+}
+
+fn one() -> f32 {
+    1.0
 }
 
 fn parse<T: serde::de::DeserializeOwned>(file: &str, text: &str) -> Result<T, TrainConfigError> {

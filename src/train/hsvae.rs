@@ -1,4 +1,5 @@
-//! Training of the auto-encoder on what the camera sees in flight (Algorithm 2).
+//! Training of the auto-encoder on what the camera sees in flight (Algorithm 2), HSVAE or one that
+//! it is compared with.
 //!
 //! The paper drives first and learns from what was stored; here every stretch of frames is learned
 //! from as soon as it was flown and then forgotten, which needs no storage and never repeats.
@@ -69,7 +70,8 @@ pub struct HsvaeReport {
     pub targets: Errors,
     /// Against the last frame of every tick.
     pub frames_last: Errors,
-    /// Spikes per neuron and frame of each encoder layer.
+    /// Spikes per neuron and frame of each encoder layer; of artificial ones the share of outputs
+    /// above 0.
     pub rates: Vec<f64>,
     /// Frames measured.
     pub frames: usize,
@@ -259,7 +261,12 @@ impl HsvaeTraining {
         let n = self.latent.mean.len();
         state.floats("latent.mean", &[n], &self.latent.mean);
         state.floats("latent.deviation", &[n], &self.latent.deviation);
-        state.floats("threshold", &[1], &[self.trainer.layers().shape().threshold]);
+        if let Some(number) = self.config.kind.number() {
+            state.floats("kind", &[1], &[number]);
+        }
+        if self.config.kind.spikes() {
+            state.floats("threshold", &[1], &[self.trainer.layers().shape().threshold]);
+        }
         state.bytes()
     }
 }

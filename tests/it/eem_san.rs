@@ -321,34 +321,130 @@ fn encoders_that_cannot_watch_are_refused() {
 
 #[test]
 fn the_event_driven_encoder_equals_the_one_that_was_trained() {
+    use spikeloop::nn::EncoderKind;
+    for (kind, number) in [
+        (EncoderKind::Spiking, None),
+        (EncoderKind::Artificial, Some(1.0)),
+        (EncoderKind::PerTick, Some(2.0)),
+    ] {
+        event_driven_equals_trained(kind, number);
+    }
+}
+
+/// `number` is what the file says of the kind.
+fn event_driven_equals_trained(kind: spikeloop::nn::EncoderKind, number: Option<f32>) {
+    const TICKS: usize = 2;
     let channels = vec![2, 3, 2, 1, 1, 2];
-    let shape = HsvaeShape { channels, encoder_lean: 3.0, ..HsvaeShape::eem_san() };
+    let shape = HsvaeShape { encoder: kind, channels, encoder_lean: 3.0, ..HsvaeShape::eem_san() };
     let (hsvae, n) = (Hsvae::new(&shape), shape.latent());
     let mut parameters = hsvae.initial(&Streams::new(8, 0));
     parameters.values.iter_mut().for_each(|value| *value = 1.5 * *value + 0.05);
     let mut state = StateWriter::default();
     state.parameters("", &parameters);
-    state.floats("threshold", &[1], &[shape.threshold]);
+    if let Some(number) = number {
+        state.floats("kind", &[1], &[number]);
+    }
+    if number != Some(1.0) {
+        state.floats("threshold", &[1], &[shape.threshold]);
+    }
     state.floats("latent.mean", &[n], &vec![0.0; n]);
     state.floats("latent.deviation", &[n], &vec![1.0; n]);
     let encoder = EemSan::encoder_from_bytes("test", &state.bytes()).unwrap();
     let mut events = FloatEncoder::new(&encoder);
     let mut draw = Streams::new(9, 0).at(stream::STIMULUS, 0);
-    let mut frames = Vec::new();
-    for _ in 0..shape.frames {
-        let mut frame = EventFrame::default();
-        (0..500).for_each(|_| frame.set(draw.below(128) as usize, draw.below(128) as usize));
-        events.step(&frame);
-        let mut pixels = vec![0.0; shape.pixels()];
-        frame.active().for_each(|pixel| pixels[pixel] = 1.0);
-        frames.extend(pixels);
+    let (mut frames, mut states) = (Vec::new(), Vec::new());
+    for _ in 0..TICKS {
+        for _ in 0..shape.frames {
+            let mut frame = EventFrame::default();
+            (0..500).for_each(|_| frame.set(draw.below(128) as usize, draw.below(128) as usize));
+            events.step(&frame);
+            let mut pixels = vec![0.0; shape.pixels()];
+            frame.active().for_each(|pixel| pixels[pixel] = 1.0);
+            frames.extend(pixels);
+        }
+        states.extend(events.state());
     }
     let trace = hsvae.encode::<Rectangular>(&parameters.values, &frames, &mut hsvae.rest(1));
     let spikes = |layer: &LifTrace<Rectangular>| layer.spikes.iter().sum::<f32>() as u64;
-    let trained: Vec<u64> = trace.layers.iter().map(spikes).collect();
+    let above = |outputs: &Vec<f32>| outputs.iter().filter(|output| **output > 0.0).count() as u64;
+    let trained = trace.layers.iter().map(spikes).chain(trace.outputs.iter().map(above));
+    let trained: Vec<u64> = trained.collect();
     assert!(trained.iter().all(|spikes| *spikes > 0), "the test needs spikes: {trained:?}");
     assert_eq!(events.spikes(), trained);
-    for (found, wanted) in events.state().into_iter().zip(&trace.mean) {
-        assert!((found - wanted).abs() < 1e-3, "{found} {wanted}");
+    assert_eq!(states.len(), trace.mean.len());
+    for (found, wanted) in states.into_iter().zip(&trace.mean) {
+        assert!((found - wanted).abs() < 1e-3, "{kind:?}: {found} {wanted}");
     }
+}
+
+#[test]
+fn an_encoder_of_no_known_kind_is_refused() {
+    let kind = |value: f32| {
+        move |name: &str, shape: &mut Vec<usize>, values: &mut Vec<f32>| {
+            if name == "hsvae.kind" {
+                (*shape, *values) = (vec![1], vec![value]);
+            }
+        }
+    };
+    let limit = "must be 1 (AVAE) or 2 (FSVAE), or no such tensor (HSVAE); train or export again";
+    refused_everywhere(&kind(3.0), &format!("encoder: kind = 3, {limit}"));
+    refused_everywhere(&kind(0.0), &format!("encoder: kind = 0, {limit}"));
+    refused_everywhere(&kind(f32::NAN), "tensor hsvae.kind: element 0 is NaN, must be finite");
+    let two: Change = &|name, shape, values| {
+        if name == "hsvae.kind" {
+            (*shape, *values) = (vec![2], vec![1.0, 2.0]);
+        }
+    };
+    refused_everywhere(two, "tensor hsvae.kind: F32 [2] found, F32 [1] expected");
+    // Spiking neurons have a threshold, artificial ones need none.
+    let without_threshold = |value: f32| {
+        move |name: &str, shape: &mut Vec<usize>, values: &mut Vec<f32>| {
+            kind(value)(name, shape, values);
+            if name == "hsvae.threshold" {
+                shape.clear();
+            }
+        }
+    };
+    refused_everywhere(&without_threshold(2.0), "tensor hsvae.threshold: nothing");
+    let folder = Folder::new();
+    folder.write("avae.safetensors", eem_san(true, &without_threshold(1.0)));
+    folder.good(&format!("drive avae.safetensors {SHORT}"));
+}
+
+#[test]
+fn networks_with_the_other_encoders_fly_and_what_does_not_take_them_says_so() {
+    let folder = Folder::new();
+    for (name, kind) in [("avae", 1.0), ("fsvae", 2.0)] {
+        let change = move |tensor: &str, shape: &mut Vec<usize>, values: &mut Vec<f32>| {
+            if tensor.ends_with("kind") {
+                (*shape, *values) = (vec![1], vec![kind]);
+            }
+        };
+        let file = format!("{name}.safetensors");
+        folder.write(&file, eem_san(true, &change));
+        folder.good(&format!("drive {file} {SHORT}"));
+        folder.good(&format!("thresholds {file}"));
+        let table5 = format!("table5 {file} --json out.json");
+        refused(&folder, &table5, &["not an EEM-SAN with HSVAE's encoder of event frames"]);
+        folder.write("e.safetensors", hsvae(&change));
+        let camera = "camera --seconds 1 --arena courtyard-moving --encoder e.safetensors";
+        folder.good(&format!("{camera} --frames f_{name}"));
+        let train = "train actor --quick --threads 1 --encoder e.safetensors --out out";
+        let title = name.to_uppercase();
+        let late = format!("readout_delay_frames: the encoder is {title}, HSVAE expected: ");
+        refused(&folder, &format!("{train} --recipe streaming"), &[&late]);
+        let learned = format!("end_to_end: the encoder is {title}, HSVAE expected: only neurons");
+        refused(&folder, &format!("{train} --recipe e2e"), &[&learned]);
+    }
+    let compile = "compile avae.safetensors -o out.map";
+    let error = "avae: layer encoder.1: 4096 artificial neurons (ReLU, AVAE), and loihi1 has \
+                 compartments that spike";
+    refused(&folder, compile, &[error]);
+    let compile = "compile fsvae.safetensors --schedule streaming -o out.map";
+    let error =
+        "fsvae, schedule streaming: the encoder is at rest at the start of each control tick";
+    refused(&folder, compile, &[error, "compile it with --schedule held"]);
+    let ran = folder.good("compile fsvae.safetensors -o fsvae.map");
+    assert!(ran.out.contains("chip steps per 5 event frames, then cleared"), "{}", ran.out);
+    folder.good(&format!("drive fsvae.map {SHORT}"));
 }

@@ -163,6 +163,35 @@ fn every_engine_equals_the_fixed_point_reference() {
     assert_eq!(compare(&network, &nearest, 2, dense), expected);
 }
 
+/// FSVAE's encoder, cleared after each control tick.
+#[test]
+fn an_encoder_that_forgets_equals_the_fixed_point_reference() {
+    let forgets: Change = &|name, shape, values| {
+        lively(name, values);
+        if name == "hsvae.kind" {
+            (*shape, *values) = (vec![1], vec![2.0]);
+        }
+    };
+    let network = EemSan::from_bytes("fsvae", "fsvae", &eem_san(true, forgets)).unwrap();
+    let nearest = Policy::named("nearest").unwrap();
+    let spikes = compare(&network, &nearest, 6, event);
+    assert!(spikes.iter().all(|n| *n > 0), "{spikes:?}");
+    assert_ne!(spikes, compare(&small(true), &nearest, 6, event));
+    let expected = compare(&network, &nearest, 2, event);
+    assert_eq!(compare(&network, &nearest, 2, on_two_threads), expected);
+    assert_eq!(compare(&network, &nearest, 2, dense), expected);
+    let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
+    let deployment =
+        Deployment::compile_eem_san(&network, &nearest, &chip, None, schedule).unwrap();
+    assert_eq!(deployment.eem_san.as_ref().unwrap().schedule, Schedule::HeldCleared);
+    let read = Deployment::from_bytes("fsvae", &deployment.to_bytes()).unwrap();
+    assert_eq!(read.eem_san, deployment.eem_san);
+    let agreed = compared(&network, &read);
+    for layer in &agreed.layers {
+        assert!(layer.share() > 0.9 && layer.float > 0, "{layer:?}");
+    }
+}
+
 #[test]
 fn the_laser_only_control_equals_the_fixed_point_reference() {
     let (network, nearest) = (small(false), Policy::named("nearest").unwrap());

@@ -64,6 +64,8 @@ fn add_hsvae(state: &mut StateWriter, prefix: &str, change: Change) {
     {
         add_tensor(state, &format!("{prefix}{name}"), &[shape], &vec![value; shape], change);
     }
+    // Left out, as in the files of HSVAE, unless `change` fills it.
+    add_tensor(state, &format!("{prefix}kind"), &[], &[], change);
 }
 
 fn add(state: &mut StateWriter, prefix: &str, parameters: &Parameters, change: Change) {

@@ -28,6 +28,32 @@ fn auto_encoder_then_actor_leave_a_network_that_drives() {
 }
 
 #[test]
+fn the_other_auto_encoders_train_resume_and_lead_to_a_network_that_drives() {
+    let folder = Folder::new();
+    for kind in ["avae", "fsvae"] {
+        let train = format!("train hsvae --kind {kind} --quick");
+        let ran = folder.good(&format!("{train} --out whole_{kind} --threads 2"));
+        let wrote = format!("wrote whole_{kind}/{kind}.safetensors");
+        assert!(ran.out.contains(&wrote), "{}", ran.out);
+        folder.good(&format!("{train} --out steps_{kind} --threads 1 --rounds 1"));
+        let ran = folder.good(&format!("{train} --out steps_{kind} --threads 1"));
+        assert!(ran.out.contains("resumed after round 1 of 2"), "{}", ran.out);
+        for file in [format!("{kind}.safetensors"), "checkpoint.safetensors".to_owned()] {
+            let of = |run: &str| folder.read(&format!("{run}_{kind}/{file}"));
+            assert_eq!(of("whole"), of("steps"), "{file}");
+        }
+        let encoder = format!("--encoder whole_{kind}/{kind}.safetensors");
+        let train = format!("{ACTOR} --variant naive {encoder} --out a_{kind}");
+        let ran = folder.good(&train);
+        assert!(ran.out.contains(&format!("wrote a_{kind}/naive.safetensors")), "{}", ran.out);
+        let drive = format!("drive a_{kind}/naive.safetensors --control-hz 20 --arena courtyard");
+        folder.good(&format!("{drive} --trials 1 --ticks-max 3"));
+    }
+    let line = "train hsvae --kind fsvae --quick --out whole_avae";
+    refused(&folder, line, &["was made with another configuration or encoder"]);
+}
+
+#[test]
 fn encoder_that_learns_with_the_actor_is_saved_with_it() {
     let folder = Folder::new();
     folder.good("train hsvae --quick --rounds 1 --out h");
@@ -134,9 +160,20 @@ fn bad_input_of_training_is_refused() {
     folder.write("noise.safetensors", b"not tensors");
     folder.write("small.safetensors", hsvae(&|_, _, _| ()));
     folder.write("bad.toml", b"seed = 1\ncolour = \"blue\"\n");
+    let avae = include_str!("../../src/train/configs/avae.toml");
+    let priced = avae.replace("rate_weight = 0.0", "rate_weight = 0.1");
+    folder.write("priced.toml", priced);
+    folder.write("kind.toml", avae.replace("\"avae\"", "\"vae\""));
     for (line, part) in [
         ("train hsvae --config gone.toml", "gone.toml: cannot read"),
         ("train hsvae --config bad.toml", "bad.toml: TOML parse error at line 2"),
+        ("train hsvae --kind vae", "invalid value 'vae' for '--kind <KIND>'"),
+        ("train hsvae --kind avae --config priced.toml", "priced.toml: --kind chooses a built-in"),
+        (
+            "train hsvae --config priced.toml",
+            "priced.toml: rate_weight is 0.1, must be 0 with kind = \"avae\"",
+        ),
+        ("train hsvae --config kind.toml", "unknown variant `vae`, expected one of `hsvae`,"),
         ("train actor --encoder gone.safetensors", "gone.safetensors: cannot read"),
         ("train actor --encoder noise.safetensors", "not a readable safetensors file"),
         ("train actor --from noise.safetensors", "noise.safetensors: not readable as safetensors"),

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use spikeloop::files;
-use spikeloop::net::EemSan;
-use spikeloop::nn::{Hsvae, HsvaeShape, Parameters, StateReader};
+use spikeloop::net::{EemSan, EncoderKind};
+use spikeloop::nn::{DecoderKind, Hsvae, HsvaeShape, Parameters, StateReader};
 use spikeloop::policy::EventFrame;
 use spikeloop::reference::FloatEncoder;
 use spikeloop::report::tables::plain;
@@ -37,7 +37,13 @@ impl Watcher {
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let (file, bytes) = (path.display().to_string(), files::read_bytes(path)?);
         let encoder = EemSan::encoder_from_bytes(&file, &bytes)?;
+        // The encoder runs on events; of the shape only the decoder is used.
+        let decoder = match encoder.kind {
+            EncoderKind::Hsvae | EncoderKind::Avae => DecoderKind::Artificial,
+            EncoderKind::Fsvae => DecoderKind::Spiking,
+        };
         let shape = HsvaeShape {
+            decoder,
             channels: encoder.layers.iter().map(|layer| layer.outputs).collect(),
             ..HsvaeShape::eem_san()
         };

@@ -167,7 +167,7 @@ impl HsvaeState {
             voltage: part(&layer.voltage),
             spikes: part(&layer.spikes),
         };
-        Self { layers: self.layers.iter().map(layer).collect() }
+        Self { samples: range.len(), layers: self.layers.iter().map(layer).collect() }
     }
 
     /// States of some samples behind each other.
@@ -175,6 +175,7 @@ impl HsvaeState {
         let mut parts = parts.iter();
         let mut all = parts.next().cloned().unwrap_or_default();
         for part in parts {
+            all.samples += part.samples;
             for (to, from) in all.layers.iter_mut().zip(&part.layers) {
                 to.current.extend_from_slice(&from.current);
                 to.voltage.extend_from_slice(&from.voltage);

@@ -1,7 +1,7 @@
 //! The spikes of one layer in one step, as bits.
 
 /// Zeros around a picture.
-const MARGIN: usize = 1;
+pub(super) const MARGIN: usize = 1;
 
 /// One bit for each neuron `[row][column][channel]` of a square picture, with a margin of zeros
 /// around it, so that every window of a convolution lies within.

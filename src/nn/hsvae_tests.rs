@@ -68,8 +68,13 @@ fn gradients_equal_finite_differences() {
 }
 
 #[test]
-fn gradients_of_avae_and_fsvae_equal_finite_differences() {
-    peers().iter().for_each(gradients_equal_those_of);
+fn gradients_of_avae_equal_finite_differences() {
+    gradients_equal_those_of(&peers()[0]);
+}
+
+#[test]
+fn gradients_of_fsvae_equal_finite_differences() {
+    gradients_equal_those_of(&peers()[1]);
 }
 
 fn gradients_equal_those_of(shape: &HsvaeShape) {
@@ -86,6 +91,9 @@ fn gradients_equal_those_of(shape: &HsvaeShape) {
     }
     if shape.encoder == EncoderKind::Artificial {
         set("encoder.1.bias", &[4.0, -9.0, 6.0]);
+        // Outputs have no upper bound: without this the latent vector outweighs the decoder's bias.
+        let mu = hsvae.layout().find("mu.weight").unwrap().slot;
+        mu.of_mut(&mut values).iter_mut().for_each(|weight| *weight *= 0.05);
     }
     // Two ticks of two frames, two samples; the state is not zero at the start.
     let (frames, noise) = (frames(4, 2, 16), gaussians(4, 2 * 2 * 16));

@@ -227,7 +227,9 @@ fn artificial_layers_have_every_bit_of_plain_loops_and_no_memory() {
                 for (layer, spiking) in encoder.layers.iter().zip(fast.spiking()) {
                     values = plain_sums(layer, &values);
                     let above = values.iter().filter(|value| **value > 0.0).count();
-                    assert!(above > 0 && above < values.len(), "all or nothing tests little");
+                    // The few sums of the last layer may all have one sign.
+                    let partial = above > 0 && above < values.len();
+                    assert!(partial || layer.name == last.name, "{}: {above}", layer.name);
                     assert_eq!(spiking.len(), above);
                 }
                 sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += value);

@@ -25,6 +25,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/san", include_bytes!("weights/compare/san.safetensors")),
     ("compare/popsan", include_bytes!("weights/compare/popsan.safetensors")),
     ("compare/bdett", include_bytes!("weights/compare/bdett.safetensors")),
+    ("compare/e2e", include_bytes!("weights/compare/e2e.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
     ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
@@ -63,8 +64,8 @@ pub fn open(name: &str, weights: Option<&Path>) -> Result<Controller, NetError> 
     }
     match read(name, weights) {
         Err(NetError::Unknown { name, known }) => {
-            let known = [known.as_str()].into_iter().chain(trained_names());
-            Err(NetError::Unknown { name, known: known.collect::<Vec<_>>().join(", ") })
+            let trained = trained_names().collect::<Vec<_>>().join(", ");
+            Err(NetError::Unknown { name, known: format!("{known}, {trained}") })
         }
         read => read.map(Controller::Described),
     }

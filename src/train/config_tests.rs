@@ -3,7 +3,7 @@ use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
-const ACTORS: [&str; 9] = [
+const ACTORS: [&str; 10] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),

@@ -80,7 +80,7 @@ fn networks_without_an_encoder_have_no_table5() {
     folder.write("blind.safetensors", eem_san(false, AS_IS));
     folder.write("arena.json", "{");
     for (line, text) in [
-        ("table5 blind.safetensors", "blind.safetensors: not an EEM-SAN with an encoder"),
+        ("table5 blind.safetensors", "blind.safetensors: not an EEM-SAN with HSVAE's encoder"),
         ("table5 reflex", "reflex: a network with a rate code, not an EEM-SAN; give"),
         ("table5 nothing.safetensors", "nothing.safetensors: "),
         ("table5 untrained --arena arena.json", "arena.json"),

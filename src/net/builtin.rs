@@ -26,6 +26,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/popsan", include_bytes!("weights/compare/popsan.safetensors")),
     ("compare/bdett", include_bytes!("weights/compare/bdett.safetensors")),
     ("compare/e2e", include_bytes!("weights/compare/e2e.safetensors")),
+    ("compare/avae", include_bytes!("weights/compare/avae.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
     ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),

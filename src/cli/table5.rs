@@ -58,8 +58,8 @@ impl<'a> Counting<'a> {
         let missing = || {
             format!(
                 "{}: not an EEM-SAN with HSVAE's encoder of event frames, population codes and a \
-                 middle fuse module, which Table 5 and its artificial counterparts are about; train one \
-                 with `spikeloop train actor --encoder FILE`",
+                 middle fuse module, which Table 5 and its artificial counterparts are about; train \
+                 one with `spikeloop train actor --encoder FILE`",
                 args.network
             )
         };

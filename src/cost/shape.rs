@@ -75,7 +75,8 @@ impl DenseShape {
 
 impl Shape {
     /// Sizes of a network; `None` without an encoder, with another one than HSVAE's, without a middle
-    /// fuse module, or with dynamic thresholds: the paper's costs and artificial counterparts are those of EEM-SAN.
+    /// fuse module, or with dynamic thresholds: the paper's costs and artificial counterparts are
+    /// those of EEM-SAN.
     pub fn of(network: &EemSan) -> Option<Self> {
         let (encoder, dvs) = network.encoder.as_ref().zip(network.dvs.as_ref())?;
         let population = matches!(network.laser.code, StateCode::Population(_));

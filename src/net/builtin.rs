@@ -17,8 +17,8 @@ const SAN: &str = include_str!("builtin/san.toml");
 pub const NAMES: [&str; 2] = ["reflex", "san"];
 
 /// Names of the networks that come trained, and their weights in the form of
-/// [`EemSan::from_bytes`].
-/// Those called `compare/VARIANT` had the same steps of the recipe `compare`; seed 1 of the training.
+/// [`EemSan::from_bytes`]. Those called `compare/ROW` are rows of the paper's tables that had the same
+/// steps of training, `benches/compare.sh ROW`.
 const TRAINED: &[(&str, &[u8])] = &[
     ("eem-san", include_bytes!("weights/eem_san.safetensors")),
     ("laser-only", include_bytes!("weights/laser_only.safetensors")),

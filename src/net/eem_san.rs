@@ -221,9 +221,10 @@ impl EemSan {
     /// `hsvae.latent.mean`, `.deviation`; `actor.population.B.mean`, `.deviation`,
     /// `actor.fuse.B.weight`, `.bias` for B = `laser`, `dvs`; `actor.decision.K.weight`, `.bias`. K
     /// counts from 1. `hsvae.kind` says which encoder it is: 1 is AVAE, which has no
-    /// `hsvae.threshold`, 2 is FSVAE, none HSVAE ([`EncoderKind`]). Thresholds of layers are `tanh` of their `.r`, or their `.threshold`, or all of
-    /// them move by the rule `actor.bdett` ([`Bdett`]). Without `actor.fuse.laser.weight` fusion is
-    /// naive, without `actor.population.laser.mean` robot and laser state have SAN's rate code.
+    /// `hsvae.threshold`, 2 is FSVAE, none HSVAE ([`EncoderKind`]). Thresholds of layers are `tanh`
+    /// of their `.r`, or their `.threshold`, or all of them move by the rule `actor.bdett`
+    /// ([`Bdett`]). Without `actor.fuse.laser.weight` fusion is naive, without
+    /// `actor.population.laser.mean` robot and laser state have SAN's rate code.
     ///
     /// Errors: not safetensors; a tensor missing, of another shape, not finite; a layer without
     /// neurons; a threshold or a width not above 0; a rule that cannot be; an encoder of no known

@@ -348,11 +348,7 @@ impl HsvaeConfig {
 
     /// Sizes of the network.
     pub fn shape(&self) -> HsvaeShape {
-        let (encoder, decoder) = match self.kind {
-            EncoderKind::Hsvae => (hsvae::EncoderKind::Spiking, DecoderKind::Artificial),
-            EncoderKind::Avae => (hsvae::EncoderKind::Artificial, DecoderKind::Artificial),
-            EncoderKind::Fsvae => (hsvae::EncoderKind::PerTick, DecoderKind::Spiking),
-        };
+        let (encoder, decoder) = made_of(self.kind);
         HsvaeShape {
             encoder,
             decoder,
@@ -538,6 +534,15 @@ impl Phase {
         range(file, "phases.actor_rate", f64::from(self.actor_rate), 0.0, 1.0)?;
         range(file, "phases.critic_rate", f64::from(self.critic_rate), 0.0, 1.0)?;
         range(file, "phases.encoder_rate", f64::from(self.encoder_rate), 0.0, 1.0)
+    }
+}
+
+/// What encoder and decoder of an auto-encoder are made of.
+pub fn made_of(kind: EncoderKind) -> (hsvae::EncoderKind, DecoderKind) {
+    match kind {
+        EncoderKind::Hsvae => (hsvae::EncoderKind::Spiking, DecoderKind::Artificial),
+        EncoderKind::Avae => (hsvae::EncoderKind::Artificial, DecoderKind::Artificial),
+        EncoderKind::Fsvae => (hsvae::EncoderKind::PerTick, DecoderKind::Spiking),
     }
 }
 

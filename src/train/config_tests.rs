@@ -2,6 +2,9 @@ use super::*;
 use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
+const FRESH: &str = include_str!("configs/fresh_encoder.toml");
+const COMPARE: &str = include_str!("configs/compare.toml");
+const COMPARE_E2E: &str = include_str!("configs/compare_e2e.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
 const ACTORS: [&str; 10] = [
     include_str!("configs/first.toml"),
@@ -12,8 +15,8 @@ const ACTORS: [&str; 10] = [
     include_str!("configs/plain.toml"),
     STREAMING,
     include_str!("configs/e2e.toml"),
-    include_str!("configs/compare.toml"),
-    include_str!("configs/compare_e2e.toml"),
+    COMPARE,
+    COMPARE_E2E,
 ];
 
 fn hsvae_error(from: &str, to: &str) -> String {
@@ -142,6 +145,38 @@ fn the_streaming_recipe_is_as_late_as_a_chip_that_streams() {
     assert_eq!(config.delays(), Delays { action_ticks, readout_frames });
     let third = ActorConfig::from_toml("f", ACTORS[2]).unwrap();
     assert_eq!(third.delays(), Delays::default());
+}
+
+#[test]
+fn the_recipe_of_e2e_is_that_of_the_comparison_but_for_what_the_encoder_needs() {
+    let [of_all, e2e] =
+        [COMPARE, COMPARE_E2E].map(|text| ActorConfig::from_toml("f", text).unwrap());
+    let mut like = e2e.clone();
+    (like.memory, like.network) = (of_all.memory, NetworkConfig::default());
+    like.end_to_end = None;
+    like.phases.iter_mut().for_each(|phase| phase.encoder_rate = 0.0);
+    assert_eq!(like, of_all);
+    assert!(e2e.end_to_end.is_some() && e2e.phases.iter().all(|phase| phase.encoder_rate > 0.0));
+}
+
+#[test]
+fn auto_encoders_differ_only_where_they_say_so() {
+    let of_hsvae = HsvaeConfig::from_toml("hsvae.toml", HSVAE).unwrap();
+    let mut fresh = HsvaeConfig::from_toml("fresh_encoder.toml", FRESH).unwrap();
+    assert_eq!((fresh.rounds, fresh.learning_rate), (1, 0.0));
+    (fresh.rounds, fresh.learning_rate) = (of_hsvae.rounds, of_hsvae.learning_rate);
+    fresh.flight = of_hsvae.flight.clone();
+    assert_eq!(fresh, of_hsvae);
+    for (kind, text) in [
+        (EncoderKind::Avae, include_str!("configs/avae.toml")),
+        (EncoderKind::Fsvae, include_str!("configs/fsvae.toml")),
+    ] {
+        let mut other = HsvaeConfig::from_toml(kind.name(), text).unwrap();
+        assert_eq!(other.kind, kind);
+        (other.kind, other.rate_weight) = (of_hsvae.kind, of_hsvae.rate_weight);
+        (other.decoder_gain, other.decoder_bias) = (of_hsvae.decoder_gain, of_hsvae.decoder_bias);
+        assert_eq!(other, of_hsvae);
+    }
 }
 
 #[test]

@@ -4,13 +4,16 @@ use crate::bad_input::refused;
 use crate::cli::Folder;
 
 /// One trial of what ships, on the chip.
-const SMALL: &str = "reproduce --only thresholds --only learned --only cost --trials 1 --seeds 1";
+const SMALL: &str =
+    "reproduce --only ablation --only thresholds --only learned --only cost --trials 1 --seeds 1";
 
 #[test]
 fn tables_say_what_was_flown_and_what_is_not_trained() {
     let folder = Folder::new();
     let ran = folder.good(SMALL);
     for part in [
+        "Ablation (table 3)",
+        "(b) E2E, addition | 0.705 |",
         "Learnable against fixed thresholds",
         "not trained: compare/fixed-0.3 |",
         "Thresholds (figure 4)",
@@ -21,14 +24,14 @@ fn tables_say_what_was_flown_and_what_is_not_trained() {
     }
     assert!(!ran.out.contains("Degraded"), "{}", ran.out);
     let again = folder.good(SMALL);
-    let tables = |out: &str| out.split("\nLearnable").nth(1).unwrap().to_owned();
+    let tables = |out: &str| out.split("\nAblation").nth(1).unwrap().to_owned();
     assert_eq!(tables(&again.out), tables(&ran.out));
     assert!(again.out.contains("cells are in the state file already"), "{}", again.out);
     let page = String::from_utf8(folder.read("out/reproduce/reproduction.html")).unwrap();
     assert!(page.contains("<h2>The paper's tables</h2>"));
     folder.good("report out/reproduce/reproduction.json -o page.html");
     let page = String::from_utf8(folder.read("page.html")).unwrap();
-    assert!(page.contains("Learnable against fixed thresholds"));
+    assert!(page.contains("Ablation (table 3)"));
 }
 
 #[test]

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use spikeloop::files;
-use spikeloop::net::{EemSan, EncoderKind};
-use spikeloop::nn::{DecoderKind, Hsvae, HsvaeShape, Parameters, StateReader};
+use spikeloop::net::EemSan;
+use spikeloop::nn::{Hsvae, HsvaeShape, Parameters, StateReader};
 use spikeloop::policy::EventFrame;
 use spikeloop::reference::FloatEncoder;
 use spikeloop::report::tables::plain;
+use spikeloop::train;
 use spikeloop::world::dvs::picture::Panel;
 
 use crate::cli::Failure;
@@ -37,12 +38,9 @@ impl Watcher {
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let (file, bytes) = (path.display().to_string(), files::read_bytes(path)?);
         let encoder = EemSan::encoder_from_bytes(&file, &bytes)?;
-        // The encoder runs on events; of the shape only the decoder is used.
-        let decoder = match encoder.kind {
-            EncoderKind::Hsvae | EncoderKind::Avae => DecoderKind::Artificial,
-            EncoderKind::Fsvae => DecoderKind::Spiking,
-        };
+        let (made_of, decoder) = train::config::made_of(encoder.kind);
         let shape = HsvaeShape {
+            encoder: made_of,
             decoder,
             channels: encoder.layers.iter().map(|layer| layer.outputs).collect(),
             ..HsvaeShape::eem_san()

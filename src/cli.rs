@@ -9,6 +9,7 @@ mod demo;
 mod drive;
 mod drivers;
 mod evaluate;
+mod halve;
 mod inspect;
 mod output;
 mod report;
@@ -68,6 +69,7 @@ pub(crate) fn run(args: Args) -> Result<Verdict, Failure> {
         Verb::Reproduce(args) => reproduce::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Train(args) => train::run(&args),
+        Verb::Halve(args) => halve::run(&args),
         Verb::Completions { shell } => {
             output::completions(shell)?;
             Ok(Verdict::Good)

@@ -7,6 +7,7 @@ pub mod cost;
 pub mod elementary;
 pub mod evaluate;
 pub mod files;
+pub mod floats;
 pub mod golden;
 pub mod host;
 pub mod net;

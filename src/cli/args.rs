@@ -69,6 +69,8 @@ pub(super) enum Verb {
     Trace(TraceArgs),
     /// Train the auto-encoder of event frames, or an actor; continues where it was stopped
     Train(TrainArgs),
+    /// Round the weights of a trained network to 16 bits, so that the file has half the size
+    Halve(HalveArgs),
     /// Print a completion script
     Completions {
         /// Shell to complete for
@@ -461,6 +463,16 @@ pub(super) struct ThresholdsArgs {
     /// Thresholds to write
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(super) struct HalveArgs {
+    /// A trained network (.safetensors)
+    #[arg(value_name = "FILE")]
+    pub(super) weights: PathBuf,
+    /// File to write (.safetensors)
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
 }
 
 #[derive(Debug, ClapArgs)]

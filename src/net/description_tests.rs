@@ -101,11 +101,11 @@ fn negative_and_zero_thresholds_are_refused() {
 fn tensors_of_another_shape_or_name_are_refused() {
     assert_eq!(
         error_of("neurons = 3", "neurons = 4"),
-        "w.st: layer a: tensor a.weight: F32 [3, 24] found, F32 [4, 24] expected"
+        "w.st: layer a: tensor a.weight: F32 [3, 24] found, F32 or F16 [4, 24] expected"
     );
     assert_eq!(
         error_of("\"b.weight\"", "\"c.weight\""),
-        "w.st: layer b: tensor c.weight: nothing (there is: a.bias, a.weight, b.weight) found, F32 [2, 3] expected"
+        "w.st: layer b: tensor c.weight: nothing (there is: a.bias, a.weight, b.weight) found, F32 or F16 [2, 3] expected"
     );
 }
 

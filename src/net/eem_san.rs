@@ -257,7 +257,7 @@ impl EemSan {
             layer: "encoder.1".to_owned(),
             tensor: "encoder.1.weight".to_owned(),
             found: "nothing".to_owned(),
-            expected: "F32 [channels, 1, 4, 4]".to_owned(),
+            expected: "F32 or F16 [channels, 1, 4, 4]".to_owned(),
         })
     }
 

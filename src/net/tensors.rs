@@ -1,7 +1,8 @@
 //! Weights in safetensors files.
 
-use safetensors::{Dtype, SafeTensors};
+use safetensors::SafeTensors;
 
+use crate::floats;
 use crate::net::error::NetError;
 
 /// The table of contents of a weights file; `file` is the name that errors mention.
@@ -23,22 +24,20 @@ pub(super) struct TensorReader<'a> {
 }
 
 impl TensorReader<'_> {
-    /// A float32 tensor of exactly `shape`, all of it finite.
+    /// A tensor of 32-bit or 16-bit floats and of exactly `shape`, all of it finite.
     pub(super) fn read(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, NetError> {
         let error = |found: String| NetError::Tensor {
             file: self.file.to_owned(),
             layer: self.layer.to_owned(),
             tensor: name.to_owned(),
             found,
-            expected: format!("F32 {shape:?}"),
+            expected: format!("F32 or F16 {shape:?}"),
         };
         let there = || format!("nothing (there is: {})", self.names());
         let tensor = self.tensors.tensor(name).map_err(|_| error(there()))?;
-        if tensor.dtype() != Dtype::F32 || tensor.shape() != shape {
-            return Err(error(format!("{:?} {:?}", tensor.dtype(), tensor.shape())));
-        }
-        let (numbers, _) = tensor.data().as_chunks::<4>();
-        let values: Vec<f32> = numbers.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+        let values = floats::read(&tensor).filter(|_| tensor.shape() == shape);
+        let found = || error(format!("{:?} {:?}", tensor.dtype(), tensor.shape()));
+        let values = values.ok_or_else(found)?;
         match values.iter().position(|value| !value.is_finite()) {
             None => Ok(values),
             Some(index) => Err(NetError::NotFinite {

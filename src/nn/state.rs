@@ -4,6 +4,7 @@ use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView, serialize};
 use thiserror::Error;
 
+use crate::floats;
 use crate::nn::adam::Adam;
 use crate::nn::parameters::{Layout, Parameters};
 use crate::nn::variant::Form;
@@ -162,13 +163,11 @@ impl<'a> StateReader<'a> {
         self.tensors.tensor(name).is_ok()
     }
 
-    /// A tensor of floats of this shape.
+    /// A tensor of 32-bit or 16-bit floats of this shape.
     ///
     /// Errors: missing, another type or shape, not finite.
     pub fn floats(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, StateError> {
-        let chunks = self.tensor(name, Dtype::F32, shape)?.chunks_exact(4);
-        let values: Vec<f32> =
-            chunks.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let values = self.tensor(name, "F32 or F16", shape, floats::read)?;
         match values.iter().position(|value| !value.is_finite()) {
             None => Ok(values),
             Some(element) => Err(StateError::NotFinite {
@@ -184,8 +183,10 @@ impl<'a> StateReader<'a> {
     ///
     /// Errors: missing, another type or shape.
     pub fn count(&self, name: &str) -> Result<u64, StateError> {
-        let bytes = self.tensor(name, Dtype::U64, &[1])?;
-        Ok(bytes.iter().rev().fold(0, |value, byte| (value << 8) | u64::from(*byte)))
+        self.tensor(name, "U64", &[1], |view| {
+            let bytes = view.data().first_chunk().filter(|_| view.dtype() == Dtype::U64)?;
+            Some(u64::from_le_bytes(*bytes))
+        })
     }
 
     /// All tensors of a network; `parameters` is unchanged on an error.
@@ -215,17 +216,24 @@ impl<'a> StateReader<'a> {
         Ok(values)
     }
 
-    fn tensor(&self, name: &str, dtype: Dtype, shape: &[usize]) -> Result<&'a [u8], StateError> {
+    /// What `read` makes of a tensor of this shape; it gives `None` for another type than `types`.
+    fn tensor<T>(
+        &self,
+        name: &str,
+        types: &str,
+        shape: &[usize],
+        read: impl Fn(&TensorView) -> Option<T>,
+    ) -> Result<T, StateError> {
         let (file, tensor) = (self.file.clone(), name.to_owned());
-        let expected = format!("{dtype:?} {shape:?}");
-        match self.tensors.tensor(name) {
-            Err(_) => Err(StateError::Missing { file, tensor, expected }),
-            Ok(view) if view.dtype() != dtype || view.shape() != shape => {
-                let found = format!("{:?} {:?}", view.dtype(), view.shape());
-                Err(StateError::Shape { file, tensor, found, expected })
-            }
-            Ok(view) => Ok(view.data()),
-        }
+        let expected = format!("{types} {shape:?}");
+        let Ok(view) = self.tensors.tensor(name) else {
+            return Err(StateError::Missing { file, tensor, expected });
+        };
+        let value = read(&view).filter(|_| view.shape() == shape);
+        value.ok_or_else(|| {
+            let found = format!("{:?} {:?}", view.dtype(), view.shape());
+            StateError::Shape { file, tensor, found, expected }
+        })
     }
 }
 

@@ -65,7 +65,7 @@ fn errors_name_file_tensor_and_shapes() {
     let text = |error: StateError| error.to_string();
     assert_eq!(
         text(reader.floats("net.fc.weight", &[2, 3]).unwrap_err()),
-        "w.safetensors: tensor net.fc.weight: F32 [3, 2] found, F32 [2, 3] expected"
+        "w.safetensors: tensor net.fc.weight: F32 [3, 2] found, F32 or F16 [2, 3] expected"
     );
     assert_eq!(
         text(reader.count("net.fc.r").unwrap_err()),
@@ -73,7 +73,7 @@ fn errors_name_file_tensor_and_shapes() {
     );
     assert_eq!(
         text(reader.floats("net.fc.bias", &[3]).unwrap_err()),
-        "w.safetensors: tensor net.fc.bias: missing, F32 [3] expected; \
+        "w.safetensors: tensor net.fc.bias: missing, F32 or F16 [3] expected; \
          was it saved by another network?"
     );
     let mut state = StateWriter::default();

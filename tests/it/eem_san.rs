@@ -149,7 +149,7 @@ fn files_that_are_no_eem_san_are_refused() {
                 *shape = vec![4, 15];
             }
         },
-        "layer fuse.dvs: tensor actor.fuse.dvs.weight: F32 [4, 15] found, F32 [4, 12] expected",
+        "layer fuse.dvs: tensor actor.fuse.dvs.weight: F32 [4, 15] found, F32 or F16 [4, 12] expected",
     );
     refused_everywhere(
         &|name, _, values| {
@@ -395,7 +395,7 @@ fn an_encoder_of_no_known_kind_is_refused() {
             (*shape, *values) = (vec![2], vec![1.0, 2.0]);
         }
     };
-    refused_everywhere(two, "tensor hsvae.kind: F32 [2] found, F32 [1] expected");
+    refused_everywhere(two, "tensor hsvae.kind: F32 [2] found, F32 or F16 [1] expected");
     // Spiking neurons have a threshold, artificial ones need none.
     let without_threshold = |value: f32| {
         move |name: &str, shape: &mut Vec<usize>, values: &mut Vec<f32>| {

@@ -33,16 +33,17 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Rooms of the main crate and the rooms that each may use.
-const ROOMS: [(&str, &[&str]); 20] = [
+const ROOMS: [(&str, &[&str]); 21] = [
     ("elementary", &[]),
     ("files", &[]),
+    ("floats", &[]),
     ("rng", &[]),
     ("npz", &["files"]),
-    ("nn", &["elementary", "rng"]),
+    ("nn", &["elementary", "floats", "rng"]),
     ("policy", &["rng"]),
     ("world", &["files", "npz", "policy", "rng"]),
     ("closed_loop", &["policy", "rng", "world"]),
-    ("net", &["files", "npz", "policy", "rng"]),
+    ("net", &["files", "floats", "npz", "policy", "rng"]),
     ("coding", &["net", "policy", "rng"]),
     ("compile", &["net", "policy"]),
     ("cost", &["net"]),

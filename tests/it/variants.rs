@@ -2,8 +2,8 @@
 
 use spikeloop::evaluate::Driver;
 use spikeloop::net::{Controller, EemSan, StateCode, builtin};
-use spikeloop::nn::Variant;
 use spikeloop::nn::variant::{Thresholds, VARIANTS};
+use spikeloop::nn::{Form, Variant};
 use spikeloop::policy::{EventFrame, Observation, Policy};
 use spikeloop::reference::EemSanPolicy;
 use spikeloop::rng::{Streams, stream};
@@ -90,7 +90,10 @@ fn files_that_hold_no_network_are_refused() {
             values.truncate(5);
         }
     };
-    assert!(error("bdett", short).contains("tensor actor.bdett: F32 [5] found, F32 [6] expected"));
+    assert!(
+        error("bdett", short)
+            .contains("tensor actor.bdett: F32 [5] found, F32 or F16 [6] expected")
+    );
 }
 
 fn observation(tick: u64, events: bool) -> Observation {
@@ -218,5 +221,65 @@ fn networks_that_ship_for_comparison_are_what_their_names_say() {
         let fixed = network.dense_layers().all(|layer| layer.threshold == 0.5);
         let learned = variant.form.thresholds == Thresholds::Learned;
         assert_eq!(fixed, !learned, "{name}");
+    }
+}
+
+#[test]
+fn weights_of_16_bits_make_the_network_that_they_were_rounded_to() {
+    let folder = Folder::new();
+    for variant in VARIANTS {
+        let whole = network(variant.form, variant.events, LIVELY);
+        folder.write("n.safetensors", &whole);
+        let ran = folder.good("halve n.safetensors -o half.safetensors");
+        assert!(ran.out.contains("weights of 16 bits"), "{}", ran.out);
+        let half = folder.read("half.safetensors");
+        assert!(half.len() < whole.len(), "{}", variant.name);
+        let open = |bytes| EemSan::from_bytes(variant.name, "file", bytes).unwrap();
+        let (mut whole, mut half) = (open(&whole), open(&half));
+        assert_ne!(whole, half, "{}", variant.name);
+        for (whole, half) in whole.weights_mut().into_iter().zip(half.weights_mut()) {
+            assert_eq!(whole.len(), half.len(), "{}", variant.name);
+            for (whole, half) in whole.iter().zip(half) {
+                assert!((whole - *half).abs() <= whole.abs() * 2f32.powi(-11), "{}", variant.name);
+            }
+        }
+        for (whole, half) in whole.dense_layers().zip(half.dense_layers()) {
+            assert_eq!((whole.threshold, &whole.bias), (half.threshold, &half.bias));
+        }
+    }
+    folder.write("n.safetensors", network(Form::EEM_SAN, true, LIVELY));
+    folder.good("halve n.safetensors -o half.safetensors");
+    folder.good("compile half.safetensors -o half.map");
+    folder.good("drive half.map --arena courtyard-moving --control-hz 20 --trials 1 --ticks-max 3");
+}
+
+#[test]
+fn what_cannot_be_halved_is_refused() {
+    let folder = Folder::new();
+    folder.write("n.safetensors", network(Form::EEM_SAN, true, LIVELY));
+    folder.write("no.safetensors", "not weights");
+    let large: Change = &|name, _, values| {
+        if name == "actor.decision.1.weight" {
+            values[3] = -7e4;
+        }
+    };
+    folder.write("large.safetensors", network(Form::EEM_SAN, true, large));
+    let narrow: Change = &|name, _, values| {
+        if name == "actor.population.laser.deviation" {
+            values[0] = 1e-9;
+        }
+    };
+    folder.write("narrow.safetensors", network(Form::EEM_SAN, true, narrow));
+    for (line, parts) in [
+        ("halve n.safetensors -o n.safetensors", ["n.safetensors: is an input", "name of its own"]),
+        ("halve no.safetensors -o h.st", ["no.safetensors: not a readable", "export the weights"]),
+        (
+            "halve large.safetensors -o h.st",
+            ["large.safetensors: tensor actor.decision.1.weight: element 3 is -70000", "65504"],
+        ),
+        ("halve narrow.safetensors -o h.st", ["h.st: population.laser", "must be above 0"]),
+        ("halve n.safetensors -o no/such/h.st", ["no/such", ""]),
+    ] {
+        refused(&folder, line, &parts);
     }
 }

@@ -136,10 +136,9 @@ pub(super) fn gather<'a, S: Simd, R: Sending<'a>, const N: usize>(
     simd: S,
     row: R,
     weights: &[f32],
-    sums: &mut [f32],
+    sums: &mut [[S::f32s; N]],
 ) {
     let weights = S::as_simd_f32s(weights).0.as_chunks::<N>().0;
-    let sums = S::as_mut_simd_f32s(sums).0.as_chunks_mut::<N>().0;
     if weights.len() == KERNEL {
         return scatter(simd, row, weights, sums);
     }

@@ -14,7 +14,7 @@ pub(super) struct Kernel {
     pub(super) side: usize,
     /// [kernel row, kernel column, input channel, output channel].
     weights: Vec<f32>,
-    /// Of a row of output pixels.
+    /// Of an output pixel.
     bias: Vec<f32>,
     /// Sums of one row of output pixels.
     pub(super) drive: Vec<f32>,
@@ -34,7 +34,7 @@ impl Kernel {
             outputs: layer.outputs,
             side: layer.side,
             weights,
-            bias: layer.bias.repeat(layer.side / 2),
+            bias: layer.bias.clone(),
             drive: vec![0.0; layer.outputs * (layer.side / 2)],
         }
     }
@@ -42,18 +42,32 @@ impl Kernel {
     /// The drive of a row of output pixels: the bias, then the inputs in their order.
     #[inline(always)]
     pub(super) fn receive<'a, S: Simd, I: Rows<'a>>(&mut self, simd: S, row: usize, input: I) {
-        self.drive.copy_from_slice(&self.bias);
+        match self.outputs {
+            n if n == 8 * S::F32_LANES => self.rows::<S, I, 8>(simd, row, input),
+            n if n == 4 * S::F32_LANES => self.rows::<S, I, 4>(simd, row, input),
+            n if n == 2 * S::F32_LANES => self.rows::<S, I, 2>(simd, row, input),
+            n if n == S::F32_LANES => self.rows::<S, I, 1>(simd, row, input),
+            n => {
+                for (drive, bias) in self.drive.iter_mut().zip(self.bias.iter().cycle()) {
+                    *drive = *bias;
+                }
+                let by_row = self.weights.chunks_exact(KERNEL * self.inputs * n);
+                for (kernel_row, weights) in by_row.enumerate() {
+                    gather_any(input.padded(2 * row + kernel_row), weights, &mut self.drive, n);
+                }
+            }
+        }
+    }
+
+    /// The same where a pixel has `N` vectors of outputs.
+    #[inline(always)]
+    fn rows<'a, S: Simd, I: Rows<'a>, const N: usize>(&mut self, simd: S, row: usize, input: I) {
+        let pixels = S::as_mut_simd_f32s(&mut self.drive).0.as_chunks_mut::<N>().0;
+        let bias = S::as_simd_f32s(&self.bias).0.as_chunks::<N>().0;
+        pixels.fill(bias[0]);
         let by_row = self.weights.chunks_exact(KERNEL * self.inputs * self.outputs);
         for (kernel_row, weights) in by_row.enumerate() {
-            let sent = input.padded(2 * row + kernel_row);
-            let drive = self.drive.as_mut_slice();
-            match self.outputs {
-                n if n == 8 * S::F32_LANES => gather::<S, I::Row, 8>(simd, sent, weights, drive),
-                n if n == 4 * S::F32_LANES => gather::<S, I::Row, 4>(simd, sent, weights, drive),
-                n if n == 2 * S::F32_LANES => gather::<S, I::Row, 2>(simd, sent, weights, drive),
-                n if n == S::F32_LANES => gather::<S, I::Row, 1>(simd, sent, weights, drive),
-                n => gather_any(sent, weights, drive, n),
-            }
+            gather::<S, I::Row, N>(simd, input.padded(2 * row + kernel_row), weights, pixels);
         }
     }
 }

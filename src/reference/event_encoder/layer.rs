@@ -60,12 +60,14 @@ impl Layer {
         let len = drive.len();
         let current = &mut self.current[row * len..][..len];
         let voltage = &mut self.voltage[row * len..][..len];
-        for i in 0..len {
-            let kept = 1.0 - f32::from(voltage[i] > self.threshold);
-            current[i] = self.keep_current * current[i] + drive[i];
-            voltage[i] = self.keep_voltage * voltage[i] * kept + current[i];
+        // Copies, which no write to the state can change: the loop becomes vectors.
+        let Self { keep_current, keep_voltage, threshold, .. } = *self;
+        for ((current, voltage), drive) in current.iter_mut().zip(voltage.iter_mut()).zip(drive) {
+            let kept = 1.0 - f32::from(*voltage > threshold);
+            *current = keep_current * *current + drive;
+            *voltage = keep_voltage * *voltage * kept + *current;
         }
-        mark_above(self.threshold, voltage, row, output);
+        mark_above(threshold, voltage, row, output);
     }
 }
 

@@ -10,8 +10,8 @@ use spikeloop::report::Report;
 use spikeloop::report::document::Content;
 use spikeloop::report::reproduction::printed::{SUCCESS, TABLES};
 use spikeloop::report::reproduction::{
-    CostRow, ON_CHIP, REPRODUCTION_FORMAT, Reproduction, cost_rows_table, degraded, rate_table,
-    reproduced, step_table,
+    CostRow, ON_CHIP, REPRODUCTION_FORMAT, Reproduction, cost_rows_table, degraded, rate_bars,
+    rate_table, reproduced, step_table,
 };
 use spikeloop::report::success::SuccessTable;
 use spikeloop::report::thresholds::{ThresholdsResult, thresholds_table};
@@ -57,6 +57,11 @@ pub(super) fn run(args: &ReproduceArgs) -> Result<Verdict, Failure> {
     others(args, &mut all)?;
     all.push("state.json", Content::Success(state));
     output::write(&args.file("reproduction.json"), &serde_json::to_vec(&reproduction)?)?;
+    for part in &reproduction.reproduced {
+        if let Some(picture) = rate_bars(part) {
+            output::write(&args.file(&format!("{}.svg", part.name)), picture.as_bytes())?;
+        }
+    }
     report::write(&all, Some(&args.file("reproduction.html")), None)?;
     Ok(Verdict::Good)
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::plot::{escape, svg_open};
 use crate::report::tables::plain;
 
-/// Threshold of every EEM-SAN layer before training.
+/// Threshold of every EEM-SAN layer before training, if the configuration says nothing else.
 pub const THRESHOLD_INITIAL: f64 = 0.5;
 
 /// Colours of the networks, over and over.
@@ -57,7 +57,7 @@ pub fn thresholds_table(networks: &[Thresholds]) -> Table {
     table
 }
 
-/// Bars by layer, one colour for each network, with the initial threshold as a line.
+/// Bars by layer, one colour for each network, with the usual initial threshold as a line.
 pub fn thresholds_picture(networks: &[Thresholds]) -> String {
     let layers = layers(networks);
     let values = networks.iter().flat_map(|network| &network.layers).map(|(_, value)| *value);
@@ -69,7 +69,7 @@ pub fn thresholds_picture(networks: &[Thresholds]) -> String {
     let mut svg = svg_open(width, height, 13);
     let _ = write!(
         svg,
-        r#"<text x="{LEFT_PX}" y="20">Firing threshold by layer (dashed: before training)</text>"#
+        r#"<text x="{LEFT_PX}" y="20">Firing threshold by layer (dashed: 0.5, the usual start)</text>"#
     );
     for (index, layer) in layers.iter().enumerate() {
         bars.layer(&mut svg, networks, layer, index);

@@ -29,6 +29,9 @@ fn tables_say_what_was_flown_and_what_is_not_trained() {
     assert!(again.out.contains("cells are in the state file already"), "{}", again.out);
     let page = String::from_utf8(folder.read("out/reproduce/reproduction.html")).unwrap();
     assert!(page.contains("<h2>The paper's tables</h2>"));
+    let picture = String::from_utf8(folder.read("out/reproduce/ablation.svg")).unwrap();
+    assert!(picture.starts_with("<svg ") && picture.contains("(a) PopSAN"), "{picture}");
+    assert!(!folder.path("out/reproduce/success.svg").exists());
     folder.good("report out/reproduce/reproduction.json -o page.html");
     let page = String::from_utf8(folder.read("page.html")).unwrap();
     assert!(page.contains("Ablation (table 3)"));

@@ -27,8 +27,11 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/bdett", include_bytes!("weights/compare/bdett.safetensors")),
     ("compare/e2e", include_bytes!("weights/compare/e2e.safetensors")),
     ("compare/avae", include_bytes!("weights/compare/avae.safetensors")),
+    ("compare/fsvae", include_bytes!("weights/compare/fsvae.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
     ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
+    ("compare/learned-0.3", include_bytes!("weights/compare/learned-0.3.safetensors")),
+    ("compare/fixed-0.5", include_bytes!("weights/compare/fixed-0.5.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
 ];
 

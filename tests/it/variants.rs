@@ -1,7 +1,7 @@
 //! EEM-SAN's peers and ablations from their files to the closed loop.
 
 use spikeloop::evaluate::Driver;
-use spikeloop::net::{Controller, EemSan, StateCode, builtin};
+use spikeloop::net::{Controller, EemSan, EncoderKind, StateCode, builtin};
 use spikeloop::nn::variant::{Thresholds, VARIANTS};
 use spikeloop::nn::{Form, Variant};
 use spikeloop::policy::{EventFrame, Observation, Policy};
@@ -222,6 +222,30 @@ fn networks_that_ship_for_comparison_are_what_their_names_say() {
         let learned = variant.form.thresholds == Thresholds::Learned;
         assert_eq!(fixed, !learned, "{name}");
     }
+}
+
+/// Rows of figure 5; what is learned has left its start in some layer.
+#[test]
+fn networks_that_ship_with_other_thresholds_have_them() {
+    let (mut fixed, mut learned) = (0, 0);
+    for name in builtin::trained_names() {
+        let start = |kind: &str| Some(f64::from(name.strip_prefix(kind)?.parse::<f32>().unwrap()));
+        let Ok(Controller::EemSan(network)) = builtin::open(name, None) else { panic!("{name}") };
+        let all = |start: f64| network.dense_layers().all(|layer| layer.threshold == start);
+        if let Some(start) = start("compare/fixed-") {
+            assert!(all(start), "{name}");
+            fixed += 1;
+        } else if let Some(start) = start("compare/learned-") {
+            assert!(!all(start), "{name}");
+            learned += 1;
+        } else {
+            continue;
+        }
+        assert!(network.branches().all(|branch| branch.layer.is_some()), "{name}");
+        let hsvae = network.encoder.as_ref().is_some_and(|e| e.kind == EncoderKind::Hsvae);
+        assert!(hsvae, "{name}");
+    }
+    assert!(fixed > 0 && learned > 0);
 }
 
 #[test]

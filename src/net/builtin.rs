@@ -30,8 +30,12 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/fsvae", include_bytes!("weights/compare/fsvae.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
     ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
+    ("compare/fixed-0.3", include_bytes!("weights/compare/fixed-0.3.safetensors")),
     ("compare/learned-0.3", include_bytes!("weights/compare/learned-0.3.safetensors")),
     ("compare/fixed-0.5", include_bytes!("weights/compare/fixed-0.5.safetensors")),
+    ("compare/fixed-0.7", include_bytes!("weights/compare/fixed-0.7.safetensors")),
+    ("compare/learned-0.7", include_bytes!("weights/compare/learned-0.7.safetensors")),
+    ("compare/fixed-0.9", include_bytes!("weights/compare/fixed-0.9.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
 ];
 

@@ -15,7 +15,7 @@ fn tables_say_what_was_flown_and_what_is_not_trained() {
         "Ablation (table 3)",
         "(b) E2E, addition | 0.705 |",
         "Learnable against fixed thresholds",
-        "not trained: compare/fixed-0.3 |",
+        "not trained: compare/learned-0.9 |",
         "Thresholds (figure 4)",
         "per decision on the chip, past movers on map1, all seeds",
         "wrote out/reproduce/reproduction.html",

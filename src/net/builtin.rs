@@ -36,6 +36,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/fixed-0.7", include_bytes!("weights/compare/fixed-0.7.safetensors")),
     ("compare/learned-0.7", include_bytes!("weights/compare/learned-0.7.safetensors")),
     ("compare/fixed-0.9", include_bytes!("weights/compare/fixed-0.9.safetensors")),
+    ("compare/learned-0.9", include_bytes!("weights/compare/learned-0.9.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
 ];
 

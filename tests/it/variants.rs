@@ -1,7 +1,7 @@
 //! EEM-SAN's peers and ablations from their files to the closed loop.
 
 use spikeloop::evaluate::Driver;
-use spikeloop::net::{Controller, EemSan, EncoderKind, StateCode, builtin};
+use spikeloop::net::{Controller, EemSan, EncoderKind, Layer, StateCode, builtin};
 use spikeloop::nn::variant::{Thresholds, VARIANTS};
 use spikeloop::nn::{Form, Variant};
 use spikeloop::policy::{EventFrame, Observation, Policy};
@@ -224,19 +224,24 @@ fn networks_that_ship_for_comparison_are_what_their_names_say() {
     }
 }
 
-/// Rows of figure 5; what is learned has left its start in some layer.
+/// Rows of figure 5. What is learned has left its start in every layer, but for 0.9: nothing spikes
+/// there, and without spikes there is nothing to learn from.
 #[test]
 fn networks_that_ship_with_other_thresholds_have_them() {
     let (mut fixed, mut learned) = (0, 0);
     for name in builtin::trained_names() {
         let start = |kind: &str| Some(f64::from(name.strip_prefix(kind)?.parse::<f32>().unwrap()));
         let Ok(Controller::EemSan(network)) = builtin::open(name, None) else { panic!("{name}") };
-        let all = |start: f64| network.dense_layers().all(|layer| layer.threshold == start);
+        let moved = |layer: &Layer, start: f64| (layer.threshold - start).abs() > 1e-6;
         if let Some(start) = start("compare/fixed-") {
-            assert!(all(start), "{name}");
+            assert!(network.dense_layers().all(|layer| layer.threshold == start), "{name}");
             fixed += 1;
         } else if let Some(start) = start("compare/learned-") {
-            assert!(!all(start), "{name}");
+            let moved = network.dense_layers().map(|layer| moved(layer, start));
+            assert!(
+                moved.into_iter().all(|moved| moved == (name != "compare/learned-0.9")),
+                "{name}"
+            );
             learned += 1;
         } else {
             continue;

@@ -224,8 +224,8 @@ fn networks_that_ship_for_comparison_are_what_their_names_say() {
     }
 }
 
-/// Rows of figure 5. What is learned has left its start in every layer, but for 0.9: nothing spikes
-/// there, and without spikes there is nothing to learn from.
+/// Rows of figure 5. What is learned has left its start in every layer, but for 0.9: its last layers
+/// never spike, and no gradient passes them.
 #[test]
 fn networks_that_ship_with_other_thresholds_have_them() {
     let (mut fixed, mut learned) = (0, 0);

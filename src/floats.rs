@@ -1,8 +1,11 @@
 //! Floats in tensors of 32 or 16 bits, and files of the one made into the other.
 
+use std::collections::BTreeMap;
+
 use half::f16;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, SafeTensorError, TensorView, serialize};
+use serde_json::Value;
 use thiserror::Error;
 
 /// A file whose numbers cannot have 16 bits.
@@ -69,7 +72,10 @@ pub fn halved(file: &str, bytes: &[u8]) -> Result<Halved, HalfError> {
     let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
     let (mut numbers, mut change_max) = (0, 0.0f64);
     let mut kept = Vec::new();
-    for (name, tensor) in tensors.iter() {
+    let mut names = tensors.names();
+    names.sort_unstable();
+    for name in names {
+        let tensor = tensors.tensor(name).map_err(format)?;
         if tensor.dtype() != Dtype::F32 || tensor.shape().len() < 2 {
             kept.push((name, tensor.dtype(), tensor.shape().to_vec(), tensor.data().to_vec()));
             continue;
@@ -99,8 +105,24 @@ pub fn halved(file: &str, bytes: &[u8]) -> Result<Halved, HalfError> {
         Ok((*name, TensorView::new(*dtype, shape.clone(), bytes)?))
     });
     let views: Vec<_> = views.collect::<Result<_, SafeTensorError>>().map_err(format)?;
-    let bytes = serialize(views, head.metadata().clone()).map_err(format)?;
+    let mut bytes = serialize(views, head.metadata().clone()).map_err(format)?;
+    if head.metadata().is_some() {
+        sort_head(&mut bytes);
+    }
     Ok(Halved { bytes, numbers, change_max })
+}
+
+/// Puts what a file says of itself in order: the library keeps it in a hash map and writes it in
+/// another order each time.
+fn sort_head(bytes: &mut [u8]) {
+    let (length, rest) =
+        bytes.split_first_chunk_mut().expect("a file begins with its head's length");
+    let head = &mut rest[..u64::from_le_bytes(*length) as usize];
+    let parts: BTreeMap<String, BTreeMap<String, Value>> =
+        serde_json::from_slice(head).expect("the head was just written");
+    let sorted = serde_json::to_vec(&parts).expect("names and numbers");
+    head.fill(b' ');
+    head[..sorted.len()].copy_from_slice(&sorted);
 }
 
 #[cfg(test)]

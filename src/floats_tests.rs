@@ -42,6 +42,24 @@ fn weights_are_rounded_and_the_rest_stays() {
     assert_eq!(after.change_max, 15.0 / 65519.0);
 }
 
+/// As the same bytes every time.
+#[test]
+fn what_a_file_says_of_itself_stays() {
+    let bytes = bytes_of(&[0.3, -7.0]);
+    let view = TensorView::new(Dtype::F32, vec![1, 2], &bytes).unwrap();
+    let said = (0..9).map(|i| (format!("key {i}"), format!("\"{i}\"")));
+    let before = serialize([("w", view)], Some(said.clone().collect())).unwrap();
+    let after = halved("f", &before).unwrap();
+    let (_, head) = SafeTensors::read_metadata(&after.bytes).unwrap();
+    let kept = head.metadata().as_ref().unwrap();
+    assert_eq!(kept.len(), 9);
+    assert!(said.clone().all(|(key, value)| kept.get(&key) == Some(&value)), "{kept:?}");
+    assert_eq!(floats(&after.bytes, "w"), [0.300_048_83, -7.0]);
+    for _ in 0..9 {
+        assert_eq!(halved("f", &before).unwrap(), after);
+    }
+}
+
 #[test]
 fn twice_is_once() {
     let before = file(&[("w", Dtype::F32, vec![1, 2], bytes_of(&[0.3, -7.0]))]);

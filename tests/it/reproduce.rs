@@ -1,8 +1,5 @@
 //! `spikeloop reproduce`: its tables, going on, bad input.
 
-use spikeloop::net::builtin;
-use spikeloop::report::reproduction::printed::{ABLATION, PrintedTable, THRESHOLDS};
-
 use crate::bad_input::refused;
 use crate::cli::Folder;
 
@@ -24,11 +21,7 @@ fn tables_say_what_was_flown() {
     ] {
         assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
     }
-    let trained = |table: &PrintedTable| {
-        table.rows.iter().all(|row| row.networks.iter().any(|name| builtin::is_name(name)))
-    };
-    let all = [ABLATION, THRESHOLDS].iter().all(trained);
-    assert_eq!(ran.out.contains("not trained: "), !all, "{}", ran.out);
+    assert!(!ran.out.contains("not trained: "), "{}", ran.out);
     assert!(!ran.out.contains("Degraded"), "{}", ran.out);
     let again = folder.good(SMALL);
     let tables = |out: &str| out.split("\nAblation").nth(1).unwrap().to_owned();

@@ -18,18 +18,26 @@ pub const NAMES: [&str; 2] = ["reflex", "san"];
 
 /// Names of the networks that come trained, and their weights in the form of
 /// [`EemSan::from_bytes`]. Those called `compare/ROW` are rows of the paper's tables that had the same
-/// steps of training, `benches/compare.sh ROW`.
+/// steps of training, `benches/compare.sh ROW`; `-2` and `-3` are other seeds of it.
 const TRAINED: &[(&str, &[u8])] = &[
     ("eem-san", include_bytes!("weights/eem_san.safetensors")),
     ("laser-only", include_bytes!("weights/laser_only.safetensors")),
     ("compare/san", include_bytes!("weights/compare/san.safetensors")),
+    ("compare/san-2", include_bytes!("weights/compare/san-2.safetensors")),
+    ("compare/san-3", include_bytes!("weights/compare/san-3.safetensors")),
     ("compare/popsan", include_bytes!("weights/compare/popsan.safetensors")),
+    ("compare/popsan-2", include_bytes!("weights/compare/popsan-2.safetensors")),
+    ("compare/popsan-3", include_bytes!("weights/compare/popsan-3.safetensors")),
     ("compare/bdett", include_bytes!("weights/compare/bdett.safetensors")),
+    ("compare/bdett-2", include_bytes!("weights/compare/bdett-2.safetensors")),
+    ("compare/bdett-3", include_bytes!("weights/compare/bdett-3.safetensors")),
     ("compare/e2e", include_bytes!("weights/compare/e2e.safetensors")),
     ("compare/avae", include_bytes!("weights/compare/avae.safetensors")),
     ("compare/fsvae", include_bytes!("weights/compare/fsvae.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
     ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
+    ("compare/eem-san-2", include_bytes!("weights/compare/eem_san-2.safetensors")),
+    ("compare/eem-san-3", include_bytes!("weights/compare/eem_san-3.safetensors")),
     ("compare/fixed-0.3", include_bytes!("weights/compare/fixed-0.3.safetensors")),
     ("compare/learned-0.3", include_bytes!("weights/compare/learned-0.3.safetensors")),
     ("compare/fixed-0.5", include_bytes!("weights/compare/fixed-0.5.safetensors")),
@@ -38,6 +46,8 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/fixed-0.9", include_bytes!("weights/compare/fixed-0.9.safetensors")),
     ("compare/learned-0.9", include_bytes!("weights/compare/learned-0.9.safetensors")),
     ("compare/laser-only", include_bytes!("weights/compare/laser_only.safetensors")),
+    ("compare/laser-only-2", include_bytes!("weights/compare/laser_only-2.safetensors")),
+    ("compare/laser-only-3", include_bytes!("weights/compare/laser_only-3.safetensors")),
 ];
 
 /// How the file name of an EEM-SAN ends.

@@ -65,6 +65,9 @@ pub struct RateRow {
     pub printed: Option<f64>,
     /// What flew, one for each seed of the training.
     pub trained: Vec<Trained>,
+    /// Networks that have been trained, and have not flown here.
+    #[serde(default)]
+    pub not_flown: Vec<String>,
     /// Networks that have not been trained.
     pub missing: Vec<String>,
 }
@@ -140,15 +143,15 @@ impl RateRow {
         (n >= 2).then(|| (sum / (n - 1) as f64).sqrt())
     }
 
-    /// Standard error of the mean: from the spread over trainings, or with a single one from the
-    /// number of trials, which leaves out what another training would change.
+    /// Standard error of the mean: from the spread over trainings, but at least what the number of
+    /// trials gives, for a few trainings are close together by chance now and then. A single
+    /// training has the latter alone, which leaves out what another training would change.
     pub fn standard_error(&self) -> Option<f64> {
         let mean = self.mean()?;
-        if let Some(spread) = self.spread() {
-            return Some(spread / (self.trained.len() as f64).sqrt());
-        }
         let trials: usize = self.trained.iter().map(|t| t.trials * t.success.len()).sum();
-        Some((mean * (1.0 - mean) / trials.max(1) as f64).sqrt())
+        let of_trials = (mean * (1.0 - mean) / trials.max(1) as f64).sqrt();
+        let of_trainings = self.spread().map(|spread| spread / (self.trained.len() as f64).sqrt());
+        Some(of_trainings.map_or(of_trials, |error| error.max(of_trials)))
     }
 }
 
@@ -256,7 +259,7 @@ fn rate_row(
     table: &SuccessTable,
     is_trained: &dyn Fn(&str) -> bool,
 ) -> RateRow {
-    let mut trained = Vec::new();
+    let (mut trained, mut not_flown) = (Vec::new(), Vec::new());
     for network in row.networks {
         let name = if under.on_chip { format!("{ON_CHIP}{network}") } else { network.to_string() };
         let same = |cell: &&Cell| {
@@ -269,6 +272,8 @@ fn rate_row(
         if !cells.is_empty() {
             let success = cells.iter().map(|cell| cell.summary.success).collect();
             trained.push(Trained { network: name, success, trials: table.settings.trials });
+        } else if is_trained(network) {
+            not_flown.push(name);
         }
     }
     let missing = row.networks.iter().filter(|name| !is_trained(name));
@@ -280,6 +285,7 @@ fn rate_row(
         on_chip: under.on_chip,
         printed,
         trained,
+        not_flown,
         missing: missing.map(|name| (*name).to_owned()).collect(),
     }
 }
@@ -318,7 +324,12 @@ pub fn rate_table(reproduced: &Reproduced) -> Table {
         let each = match (row.trained.is_empty(), row.missing.is_empty()) {
             (true, false) => format!("not trained: {}", row.missing.join(", ")),
             (true, true) => "not flown".to_owned(),
-            (false, _) => row.trained.iter().map(each_seed).collect::<Vec<_>>().join("; "),
+            (false, _) => {
+                let open = [(&row.not_flown, "not flown"), (&row.missing, "not trained")];
+                let open = open.iter().filter(|(names, _)| !names.is_empty());
+                let open = open.map(|(names, what)| format!("{} {what}", names.len()));
+                row.trained.iter().map(each_seed).chain(open).collect::<Vec<_>>().join("; ")
+            }
         };
         let numbers = [row.printed, row.mean(), row.standard_error(), row.spread()];
         let numbers = numbers.map(|number| number.map_or_else(dash, |n| format!("{n:.3}")));

@@ -38,6 +38,20 @@ fn tables_say_what_was_flown() {
 }
 
 #[test]
+fn without_flights_there_is_what_was_flown() {
+    let folder = Folder::new();
+    let nothing = folder.good("reproduce --only ablation --as-flown --trials 1 --seeds 1");
+    assert!(nothing.out.contains("| not flown"), "{}", nothing.out);
+    assert!(!nothing.out.contains(" of 1 ("), "{}", nothing.out);
+    folder.good("evaluate compare/popsan --condition dynamic-1.0 --map map1 --trials 1 --seeds 1 --state out/reproduce/state.json");
+    let some = folder.good("reproduce --only ablation --as-flown --trials 1 --seeds 1");
+    assert!(!some.out.contains(" of 1 ("), "{}", some.out);
+    let row = |method: &str| some.out.lines().find(|line| line.contains(method)).unwrap();
+    assert!(!row("(a) PopSAN").contains("not flown"), "{}", some.out);
+    assert!(row("(c) HSVAE, addition").contains("not flown"), "{}", some.out);
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_before_anything_flies() {
     let folder = Folder::new();
     folder.write("file", b"");

@@ -13,7 +13,7 @@ pub mod fixed;
 pub mod fixed_eem_san;
 pub mod float;
 
-pub use counted::CountedEemSan;
+pub use counted::{CountedEemSan, CountedNetwork};
 pub use eem_san::EemSanPolicy;
 pub use event_encoder::FloatEncoder;
 pub use fixed::FixedNetwork;

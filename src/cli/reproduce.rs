@@ -10,8 +10,8 @@ use spikeloop::report::Report;
 use spikeloop::report::document::Content;
 use spikeloop::report::reproduction::printed::{PrintedRow, SUCCESS, TABLES};
 use spikeloop::report::reproduction::{
-    CostRow, ON_CHIP, REPRODUCTION_FORMAT, Reproduction, cost_rows_table, degraded, rate_bars,
-    rate_table, reproduced, step_table,
+    CostRow, ON_CHIP, REPRODUCTION_FORMAT, Reproduction, cost_rows_table, counted_table, degraded,
+    rate_bars, rate_table, reproduced, step_table,
 };
 use spikeloop::report::success::SuccessTable;
 use spikeloop::report::thresholds::{ThresholdsResult, thresholds_table};
@@ -134,7 +134,8 @@ fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
     }
     let mut costs = Vec::new();
     if args.wants("cost") {
-        costs = first_trained(&all_rows()).iter().map(|network| compiled(network)).collect();
+        let networks = first_trained(&all_rows());
+        costs = networks.iter().map(|name| counted(args, name)).collect::<Result<_, _>>()?;
         let fit = costs.iter().filter(|cost| cost.refused.is_none());
         let on_chip = fit.map(|cost| format!("{ON_CHIP}{}", cost.network)).collect();
         fly_some(args, &args.evaluation(on_chip, &[MAP], &dynamic))?;
@@ -191,6 +192,12 @@ fn each<'a>(networks: impl Iterator<Item = &'a &'static str>) -> Vec<String> {
     known
 }
 
+/// The same with the operations that it does in floats.
+fn counted(args: &ReproduceArgs, network: &str) -> Result<CostRow, Failure> {
+    let ops = table5::operations(network, MAP, TABLE5_SECONDS, args.flights.seed)?;
+    Ok(CostRow { counted: Some(ops), ..compiled(network) })
+}
+
 /// What the chip needs for a network, or why it cannot take it; nothing flown yet.
 fn compiled(network: &str) -> CostRow {
     let network = network.to_owned();
@@ -243,6 +250,11 @@ fn print(reproduction: &Reproduction) -> Result<(), Failure> {
                 say(format_args!("{}: {why}", cost.network))?;
             }
         }
+        say(format_args!(
+            "\nper decision of the float network as it is, {TABLE5_SECONDS} s of flight; exponentials are \
+             neither sums nor products"
+        ))?;
+        say(counted_table(&reproduction.costs))?;
     }
     Ok(())
 }

@@ -7,7 +7,9 @@ use spikeloop::coding::decode;
 use spikeloop::cost::{Activity, Counts, Modules, Row, Shape, closed_form};
 use spikeloop::net::{Controller, EemSan, builtin};
 use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
-use spikeloop::reference::CountedEemSan;
+use spikeloop::policy::Observation;
+use spikeloop::reference::{CountedEemSan, CountedNetwork};
+use spikeloop::report::reproduction::CountedOps;
 use spikeloop::report::table5::{
     ArithmeticPrices, Table5Result, neurobench_table, ops_table, rate_table, rates, ratios, rows,
 };
@@ -163,28 +165,98 @@ fn fly(
     config: &TrialConfig,
     counted: &mut CountedEemSan,
 ) -> Result<Measured, Failure> {
-    let ticks = args.seconds * TICKS_PER_S;
-    let streams = Streams::new(args.seed, 0);
-    let pairs = generate_pairs(world, TRIALS_MAX, PairRules::default(), streams)?;
-    let bar = progress(ticks, &args.network);
     let mut measured = Measured::default();
-    for (trial_idx, pair) in pairs.iter().enumerate() {
-        if measured.ticks == ticks {
-            break;
+    let flight = Flight {
+        name: &args.network,
+        seconds: args.seconds,
+        seed: args.seed,
+        steps: counted.steps(),
+        world,
+        config,
+    };
+    (measured.ticks, measured.trials) = flight.fly(&mut |observation, streams, tick| {
+        if tick == 0 {
+            counted.reset();
         }
-        let streams = Streams::new(args.seed, trial_idx as u64);
-        let mut trial = Trial::new(world, pair.start, pair.goal, config, streams)?;
-        counted.reset();
-        measured.trials += 1;
-        while trial.end().is_none() && measured.ticks < ticks {
-            let done = counted.tick(&trial.observe(), streams, trial.ticks());
-            trial.drive(decode(&done.output_counts, counted.steps()));
-            measured.ticks += 1;
-            measured.counts += done.counts;
-            measured.activity += &done.activity;
-            bar.set_position(measured.ticks);
-        }
-    }
-    bar.finish_and_clear();
+        let done = counted.tick(observation, streams, tick);
+        measured.counts += done.counts;
+        measured.activity += &done.activity;
+        done.output_counts
+    })?;
     Ok(measured)
+}
+
+/// Trials one after the other until some time is full.
+struct Flight<'a> {
+    name: &'a str,
+    seconds: u64,
+    seed: u64,
+    /// `T`, steps per decision.
+    steps: u32,
+    world: &'a World,
+    config: &'a TrialConfig,
+}
+
+impl Flight<'_> {
+    /// Control ticks and trials flown by what gives output spikes of an observation, with the
+    /// streams of its trial, at a control tick of it.
+    fn fly(
+        &self,
+        drive: &mut dyn FnMut(&Observation, Streams, u64) -> Vec<u32>,
+    ) -> Result<(u64, usize), Failure> {
+        let ticks_max = self.seconds * TICKS_PER_S;
+        let streams = Streams::new(self.seed, 0);
+        let pairs = generate_pairs(self.world, TRIALS_MAX, PairRules::default(), streams)?;
+        let bar = progress(ticks_max, self.name);
+        let (mut ticks, mut trials) = (0, 0);
+        for (trial_idx, pair) in pairs.iter().enumerate() {
+            if ticks == ticks_max {
+                break;
+            }
+            let streams = Streams::new(self.seed, trial_idx as u64);
+            let mut trial = Trial::new(self.world, pair.start, pair.goal, self.config, streams)?;
+            trials += 1;
+            while trial.end().is_none() && ticks < ticks_max {
+                let output = drive(&trial.observe(), streams, trial.ticks());
+                trial.drive(decode(&output, self.steps));
+                ticks += 1;
+                bar.set_position(ticks);
+            }
+        }
+        bar.finish_and_clear();
+        Ok((ticks, trials))
+    }
+}
+
+/// What a network of EEM-SAN's parts does in a control tick, as it is, in the exact accounting: sums
+/// over `seconds` of flight in `map` at 1 m/s.
+///
+/// Errors: a network with a description; an arena that cannot be read.
+pub(super) fn operations(
+    name: &str,
+    map: &str,
+    seconds: u64,
+    seed: u64,
+) -> Result<CountedOps, Failure> {
+    let Controller::EemSan(network) = builtin::open(name, None)? else {
+        return Err(
+            format!("{name}: a network with a description; its cost is that of its map").into()
+        );
+    };
+    let mut counted = CountedNetwork::new(&network);
+    let camera = network.encoder.is_some().then(CameraConfig::default);
+    let config = TrialConfig { camera, ..TrialConfig::eem_san(1.0) };
+    let world = World::new(Arena::open(map)?);
+    let steps = counted.steps();
+    let flight = Flight { name, seconds, seed, steps, world: &world, config: &config };
+    let mut sum = Counts::default();
+    let (ticks, _) = flight.fly(&mut |observation, streams, tick| {
+        if tick == 0 {
+            counted.reset();
+        }
+        let (output, counts) = counted.tick(observation, streams, tick);
+        sum += counts;
+        output
+    })?;
+    Ok(CountedOps { ticks, ops: sum.exact })
 }

@@ -1,4 +1,4 @@
-//! EEM-SAN and its artificial counterparts, run while every operation is counted where it is done.
+//! EEM-SAN, its artificial counterparts, and the networks that it is compared with, run while every operation is counted where it is done.
 //!
 //! The rules are those of [`crate::cost`]; nothing here multiplies sizes with each other. The
 //! artificial counterparts have no weights of their own: they take those of the spiking network,
@@ -7,10 +7,12 @@
 mod artificial;
 mod conv;
 mod dense;
+mod network;
 mod neurons;
 mod spiking;
 
-pub use artificial::{ArtificialDecision, ArtificialEncoder};
+pub use artificial::{ArtificialDecision, ArtificialEncoder, AvaeEncoder};
+pub use network::CountedNetwork;
 pub use spiking::{SpikingDecision, SpikingEncoder};
 
 use crate::coding::{InputSpikes, population_spikes, robot_state};

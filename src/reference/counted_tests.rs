@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::cost::{Row, Shape, closed_form};
+use crate::cost::{Ops, Row, Shape, closed_form};
 use crate::net::eem_san::FRAMES_PER_TICK;
 use crate::net::{Branch, ConvLayer, EncoderKind, EventEncoder, Layer, PopulationCode, Readout};
 use crate::policy::{EventFrame, Policy};
@@ -266,18 +266,134 @@ fn whole_network_acts_as_the_policy() {
     policy.start_trial(streams);
     for tick in 0..4 {
         let frames = frames(&mut draw, 128, 0.02);
-        let observation = Observation {
-            goal_direction_rad: 0.4,
-            goal_distance_m: 5.0,
-            linear_m_per_s: 0.3,
-            angular_rad_per_s: -0.2,
-            laser_m: [1.5; crate::policy::LASER_SECTORS],
-            wheel_speed_m_per_s_max: 1.0,
-            frames: frames.iter().map(|frame| event_frame(frame)).collect(),
-        };
+        let observation = observation(&frames);
         let action = policy.act(&observation, tick);
         let done = counted.tick(&observation, streams, tick);
         assert_eq!(crate::coding::decode(&done.output_counts, 5), action, "tick {tick}");
+    }
+}
+
+/// The networks that EEM-SAN is compared with, from one with all parts.
+fn others(draw: &mut Draw) -> Vec<EemSan> {
+    let sizes = Sizes { channels: vec![2, 1], latent: 64, ..Sizes::eem_san() };
+    let whole = network(&sizes, draw);
+    let kind = |kind: EncoderKind| {
+        let mut network = whole.clone();
+        network.name = kind.name().into();
+        let encoder = network.encoder.as_mut().expect("it has one");
+        encoder.kind = kind;
+        network
+    };
+    let mut addition = kind(EncoderKind::Hsvae);
+    addition.name = "addition".into();
+    addition.laser.layer = None;
+    addition.dvs.as_mut().expect("it has one").layer = None;
+    addition.decision[0] = layer(draw, "decision.1".into(), 220 + 640, 256);
+    let mut rate = addition.clone();
+    rate.name = "rate".into();
+    (rate.encoder, rate.dvs) = (None, None);
+    rate.laser.code = StateCode::Rate;
+    rate.decision[0] = layer(draw, "decision.1".into(), 24, 256);
+    let mut moving = rate.clone();
+    moving.name = "moving".into();
+    let rule = [0.5, 3.0, 0.5, 0.2, 0.01, 4.0];
+    moving.dynamic = Some(crate::net::Bdett {
+        initial: rule[0],
+        temporal_scale: rule[1],
+        energy_share: rule[2],
+        spread: rule[3],
+        energy_slope: rule[4],
+        energy_scale: rule[5],
+    });
+    vec![kind(EncoderKind::Hsvae), kind(EncoderKind::Fsvae), addition, rate, moving]
+}
+
+#[test]
+fn every_network_acts_as_its_policy_and_does_what_its_spikes_ask_for() {
+    let mut draw = Streams::new(8, 0).at(stream::STIMULUS, 0);
+    for network in others(&mut draw) {
+        let streams = Streams::new(9, 1);
+        let mut counted = CountedNetwork::new(&network);
+        let mut policy = EemSanPolicy::new(&network);
+        // The second trial begins as the first one did.
+        for trial in 0..2 {
+            policy.start_trial(streams);
+            counted.reset();
+            for tick in 0..3 {
+                let frames = frames(&mut draw, 128, 0.02);
+                let observation = observation(&frames);
+                let (action, spikes) = policy.act_watched(&observation, tick);
+                let (output, counts) = counted.tick(&observation, streams, tick);
+                let name = &network.name;
+                let said = format!("{name}, trial {trial}, tick {tick}");
+                assert_eq!(crate::coding::decode(&output, 5), action, "{said}");
+                if network.encoder.is_some() {
+                    continue;
+                }
+                // Inputs are drawn anew from the same stream.
+                let activity = network.laser.code.activity(&robot_state(&observation));
+                let mut draw = streams.at(stream::LASER_POPULATION, tick);
+                let inputs = population_spikes(&activity, 5, &mut draw);
+                let n =
+                    |spikes: usize, layer: usize| (spikes * network.decision[layer].neurons) as u64;
+                let into = inputs.iter().flatten().filter(|spike| **spike).count();
+                let mut sums = n(into, 0);
+                for (index, layer) in spikes.iter().enumerate().take(network.decision.len() - 1) {
+                    sums += n(layer.iter().map(Vec::len).sum(), index + 1);
+                }
+                let layers = network.decision.len() as u64;
+                let neurons: u64 = network.decision.iter().map(|l| l.neurons as u64).sum();
+                let [per_neuron, per_layer] = match network.dynamic {
+                    None => [[2, 2], [0, 0]],
+                    Some(_) => [[2 + 8, 2 + 5], [4, 4]],
+                };
+                sums += 5 * (neurons * per_neuron[0] + layers * per_layer[0]);
+                let products = 5 * (neurons * per_neuron[1] + layers * per_layer[1]);
+                let exact = Ops { additions: sums, multiplications: products };
+                assert_eq!(counts.exact, exact, "{said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn artificial_encoder_of_the_comparison_has_the_state_of_the_float_encoder() {
+    let mut draw = Streams::new(10, 0).at(stream::STIMULUS, 0);
+    let sizes = Sizes { channels: vec![4, 3, 2], latent: 5, ..Sizes::eem_san() };
+    let mut network = network(&Sizes { dimensions: [22, 5], ..sizes }, &mut draw);
+    let encoder = network.encoder.as_mut().expect("it was made with one");
+    encoder.kind = EncoderKind::Avae;
+    let (mut counted, mut float) = (AvaeEncoder::new(encoder), FloatEncoder::new(encoder));
+    for _ in 0..2 {
+        let frames = frames(&mut draw, 128, 0.02);
+        let done = counted.tick(&frames);
+        frames.iter().for_each(|frame| float.step(&event_frame(frame)));
+        for (ours, theirs) in done.output.iter().zip(float.state()) {
+            assert!((ours - theirs).abs() < 1e-3, "{ours} {theirs}");
+        }
+        // Taps inside of the picture, by sizes; mu once.
+        let products: u64 = encoder
+            .layers
+            .iter()
+            .map(|layer| {
+                let taps = 2 * layer.side as u64 - 2;
+                5 * (layer.inputs * layer.outputs) as u64 * taps * taps
+            })
+            .sum::<u64>()
+            + encoder.readout.weights.len() as u64;
+        assert_eq!(done.counts.exact, Ops { additions: products, multiplications: products });
+    }
+}
+
+fn observation(frames: &[Vec<usize>]) -> Observation {
+    Observation {
+        goal_direction_rad: 0.4,
+        goal_distance_m: 5.0,
+        linear_m_per_s: 0.3,
+        angular_rad_per_s: -0.2,
+        laser_m: [1.5; crate::policy::LASER_SECTORS],
+        wheel_speed_m_per_s_max: 1.0,
+        frames: frames.iter().map(|frame| event_frame(frame)).collect(),
     }
 }
 

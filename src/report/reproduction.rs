@@ -6,6 +6,7 @@ pub mod printed;
 use comfy_table::Table;
 use serde::{Deserialize, Serialize};
 
+use crate::cost::{ArithmeticTable, Ops};
 use crate::evaluate::{CONDITIONS, DEGRADATIONS};
 use crate::report::bars::{Bar, bars};
 use crate::report::success::{Cell, SuccessSettings, SuccessTable};
@@ -119,6 +120,18 @@ pub struct CostRow {
     pub costs: Vec<(String, u64, u64)>,
     /// Goals reached, and trials.
     pub success: [usize; 2],
+    /// What the network does in floats, if that was counted.
+    #[serde(default)]
+    pub counted: Option<CountedOps>,
+}
+
+/// Sums and products of a network as it is, in the accounting `exact` ([`crate::cost`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CountedOps {
+    /// Control ticks.
+    pub ticks: u64,
+    /// Operations of all of them.
+    pub ops: Ops,
 }
 
 impl Trained {
@@ -395,6 +408,24 @@ pub fn step_table(reproduced: &Reproduced) -> Option<Table> {
         table.add_row(names.into_iter().chain(numbers));
     }
     (!reproduced.steps.is_empty()).then_some(table)
+}
+
+/// Operations as text; energy is of the arithmetic alone, were it done by digital units.
+pub fn counted_table(rows: &[CostRow]) -> Table {
+    let tables = ArithmeticTable::all();
+    let priced = tables.iter().map(|table| format!("{} (uJ)", table.name));
+    let header: Vec<String> =
+        ["network", "sums", "products"].map(str::to_owned).into_iter().chain(priced).collect();
+    let mut table = plain(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for (row, counted) in rows.iter().filter_map(|row| Some((row, row.counted?))) {
+        let ticks = counted.ticks.max(1) as f64;
+        let number = |n: u64| format!("{:.0}", n as f64 / ticks);
+        let ops = counted.ops;
+        let cells = [row.network.clone(), number(ops.additions), number(ops.multiplications)];
+        let energy = tables.iter().map(|table| table.energy_pj(&ops) / 1e6 / ticks);
+        table.add_row(cells.into_iter().chain(energy.map(|uj| format!("{uj:.3}"))));
+    }
+    table
 }
 
 /// Costs as text.

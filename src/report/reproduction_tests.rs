@@ -1,8 +1,10 @@
 use super::printed::{ABLATION, SUCCESS, TABLES};
 use super::{
-    CostRow, RateRow, Trained, cost_rows_table, degraded, rate_table, reproduced, step_table,
+    CostRow, CountedOps, RateRow, Trained, cost_rows_table, counted_table, degraded, rate_table,
+    reproduced, step_table,
 };
 use crate::closed_loop::TrialConfig;
+use crate::cost::Ops;
 use crate::report::results::{ChipResult, Cost, Summary};
 use crate::report::success::{Cell, SuccessSettings, SuccessTable};
 use crate::world::dvs::CameraConfig;
@@ -183,4 +185,16 @@ fn costs_are_sums_of_whole_cells() {
         assert!(text.contains(line), "no {line:?} in\n{text}");
     }
     assert!(text.contains("| m       | not on this chip |"), "{text}");
+}
+
+#[test]
+fn operations_are_means_over_control_ticks() {
+    let ops = Ops { additions: 3_000_000, multiplications: 1_000_000 };
+    let counted = Some(CountedOps { ticks: 10, ops });
+    let row = CostRow { network: "n".to_owned(), counted, ..CostRow::default() };
+    let other = CostRow { network: "m".to_owned(), ..CostRow::default() };
+    let text = counted_table(&[row, other]).to_string();
+    // 0.9 pJ a sum and 3.7 pJ a product of 32-bit floats: 2.7 + 3.7 uJ for ten ticks.
+    assert!(text.contains("| n       | 300000 |   100000 |             0.640 |"), "{text}");
+    assert!(!text.contains("| m"), "{text}");
 }

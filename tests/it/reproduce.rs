@@ -17,6 +17,7 @@ fn tables_say_what_was_flown() {
         "Learnable against fixed thresholds",
         "Thresholds (figure 4)",
         "per decision on the chip, past movers on map1, all seeds",
+        "per decision of the float network as it is, 10 s of flight",
         "wrote out/reproduce/reproduction.html",
     ] {
         assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);

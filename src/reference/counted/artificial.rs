@@ -18,6 +18,11 @@ pub struct ArtificialEncoder {
     channels: usize,
 }
 
+/// AVAE's encoder as it is: the last layer has no ReLU, and `mu` is read once, of the mean of its
+/// outputs over the frames of a tick.
+#[derive(Debug, Clone)]
+pub struct AvaeEncoder(ArtificialEncoder);
+
 /// Middle fuse and decision module with ReLU in place of neurons and a sigmoid at the end, run on
 /// the spikes of each step; the action is the mean.
 #[derive(Debug, Clone)]
@@ -59,6 +64,35 @@ impl ArtificialEncoder {
             counts.paper += unread.paper;
         }
         Done { output: mean(&states), counts, activity }
+    }
+}
+
+impl AvaeEncoder {
+    /// Takes the weights.
+    pub fn new(encoder: &EventEncoder) -> Self {
+        Self(ArtificialEncoder::new(encoder))
+    }
+
+    /// The DVS state of these frames, each a list of active pixels.
+    pub fn tick(&mut self, frames: &[Vec<usize>]) -> Done<Vec<f32>> {
+        let n = self.0.layers.len();
+        let (mut counts, mut activity) = (Counts::default(), Activity::new(n + 1, 0));
+        let mut outputs = Vec::new();
+        for frame in frames {
+            let mut values = self.0.layers.first().map_or(Vec::new(), |conv| picture(conv, frame));
+            for (index, conv) in self.0.layers.iter().enumerate() {
+                if index > 0 {
+                    values = relu(values);
+                }
+                activity.layers[index] += conv.traffic(&values);
+                values = conv.multiply(&values, &mut counts);
+            }
+            outputs.push(by_channel(&values, self.0.channels));
+        }
+        let read = mean(&outputs);
+        activity.layers[n] += traffic(&read);
+        let output = self.0.mean.multiply(&read, &mut counts);
+        Done { output, counts, activity }
     }
 }
 

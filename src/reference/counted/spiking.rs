@@ -14,13 +14,17 @@ pub struct SpikingEncoder {
     layers: Vec<(Conv, Neurons)>,
     mean: Dense,
     channels: usize,
+    /// Whether state goes on from one control tick to the next.
+    carries: bool,
 }
 
-/// Middle fuse and decision module.
+/// Middle fuse, if there is one, and decision module.
 #[derive(Debug, Clone)]
 pub struct SpikingDecision {
     branches: Vec<(Dense, Neurons)>,
     layers: Vec<(Dense, Neurons)>,
+    /// Whether state goes on from one decision to the next.
+    carries: bool,
 }
 
 impl SpikingEncoder {
@@ -34,6 +38,7 @@ impl SpikingEncoder {
             layers: layers.collect(),
             mean: Dense::new(&encoder.readout.weights, &encoder.readout.bias),
             channels: encoder.layers.last().map_or(1, |layer| layer.outputs),
+            carries: encoder.kind.carries(),
         }
     }
 
@@ -44,6 +49,9 @@ impl SpikingEncoder {
 
     /// The DVS state after these frames, each a list of active pixels.
     pub fn tick(&mut self, frames: &[Vec<usize>]) -> Done<Vec<f32>> {
+        if !self.carries {
+            self.reset();
+        }
         let n = self.layers.len();
         let (mut counts, mut activity) = (Counts::default(), Activity::new(n + 1, n));
         for (step, frame) in frames.iter().enumerate() {
@@ -100,21 +108,34 @@ impl SpikingDecision {
         let layer = |layer: &crate::net::Layer| {
             let keep = (layer.keep_current, layer.keep_voltage);
             let neurons = Neurons::new(layer.neurons, keep, layer.threshold);
+            let neurons = match network.dynamic {
+                Some(rule) => neurons.moving(rule),
+                None => neurons,
+            };
             (Dense::new(&layer.weights, &layer.bias), neurons)
         };
         let branches = network.branches().filter_map(|branch| branch.layer.as_ref());
         Self {
             branches: branches.map(layer).collect(),
             layers: network.decision.iter().map(layer).collect(),
+            carries: network.dynamic.is_some(),
         }
     }
 
-    /// Output spikes of one decision from zero state; `inputs[branch][step][line]`.
+    /// A new trial.
+    pub fn reset(&mut self) {
+        let all = self.branches.iter_mut().chain(&mut self.layers);
+        all.for_each(|(_, neurons)| neurons.reset());
+    }
+
+    /// Output spikes of one decision, from zero state unless thresholds are dynamic;
+    /// `inputs[branch][step][line]`.
     pub fn tick(&mut self, inputs: &[InputSpikes]) -> Done<Vec<u32>> {
         let (first, n) = (self.branches.len(), self.branches.len() + self.layers.len());
         let (mut counts, mut activity) = (Counts::default(), Activity::new(n, n));
-        let all = self.branches.iter_mut().chain(&mut self.layers);
-        all.for_each(|(_, neurons)| neurons.reset());
+        if !self.carries {
+            self.reset();
+        }
         let outputs = self.layers.last().map_or(0, |(_, neurons)| neurons.spikes.len());
         let mut output = vec![0; outputs];
         for step in 0..inputs.first().map_or(0, Vec::len) {
@@ -124,6 +145,9 @@ impl SpikingDecision {
             }
             let fused = self.branches.iter().map(|(_, neurons)| neurons.spikes.clone());
             let mut spikes: Vec<Vec<bool>> = fused.collect();
+            if spikes.is_empty() {
+                spikes.push(inputs.iter().flat_map(|input| &input[step]).copied().collect());
+            }
             for (index, layer) in self.layers.iter_mut().enumerate() {
                 let groups: Vec<&[bool]> = spikes.iter().map(Vec::as_slice).collect();
                 advance(layer, &groups, step == 0, first + index, &mut counts, &mut activity);

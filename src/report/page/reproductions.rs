@@ -3,7 +3,9 @@
 use crate::report::document::{Content, Report};
 use crate::report::page::html::{Section, heading, paragraph, picture, table};
 use crate::report::plot::escape;
-use crate::report::reproduction::{cost_rows_table, rate_bars, rate_table, step_table};
+use crate::report::reproduction::{
+    cost_rows_table, counted_table, rate_bars, rate_table, step_table,
+};
 
 pub(super) fn section(report: &Report) -> Section {
     let mut body = String::new();
@@ -30,6 +32,8 @@ pub(super) fn section(report: &Report) -> Section {
                     body += &paragraph(&escape(&format!("{}: {why}", cost.network)));
                 }
             }
+            body += &heading("Operations of a decision in floats");
+            body += &table(&counted_table(&result.costs));
         }
     }
     Section { id: "reproduction", title: "The paper's tables", body }

@@ -26,7 +26,8 @@
 //!
 //! Left out everywhere, because it is the same in all rows: population code, random draws,
 //! decoding (counts / T, means over frames). Comparisons, selections, ReLU, sigmoid are neither
-//! additions nor multiplications.
+//! additions nor multiplications; nor are the exponentials and logarithms of BDETT's thresholds, whose
+//! other operations are in `exact` and `chip`.
 //!
 //! Artificial modules run as the paper counts them: the encoder on each of 5 frames, the decision
 //! for each of T steps.

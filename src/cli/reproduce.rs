@@ -247,7 +247,7 @@ fn print(reproduction: &Reproduction) -> Result<(), Failure> {
         say(cost_rows_table(&reproduction.costs))?;
         for cost in &reproduction.costs {
             if let Some(why) = &cost.refused {
-                say(format_args!("{}: {why}", cost.network))?;
+                say(why)?;
             }
         }
         say(format_args!(

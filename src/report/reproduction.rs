@@ -448,7 +448,9 @@ pub fn cost_rows_table(rows: &[CostRow]) -> Table {
         let decisions = row.decisions.max(1) as f64;
         let mut cells = vec![row.network.clone()];
         if row.refused.is_some() {
-            cells.push("not on this chip".to_owned());
+            cells.extend(["not on this chip".to_owned(), dash(), dash()]);
+        } else if row.decisions == 0 {
+            cells.extend(["not flown".to_owned(), row.cores.to_string(), dash()]);
         } else {
             cells.push(format!("{}/{}", row.success[0], row.success[1]));
             cells.push(row.cores.to_string());

@@ -180,11 +180,13 @@ fn costs_are_sums_of_whole_cells() {
     row.add(&table, "dynamic-1.0", "map1");
     let refused = Some("too large".to_owned());
     let other = CostRow { network: "m".to_owned(), refused, ..CostRow::default() };
-    let text = cost_rows_table(&[row, other]).to_string();
+    let open = CostRow { network: "o".to_owned(), cores: 5, ..CostRow::default() };
+    let text = cost_rows_table(&[row, other, open]).to_string();
     for line in ["| n       |           60/200 |     3 |        5 |            4.00 |", "7.0 |"] {
         assert!(text.contains(line), "no {line:?} in\n{text}");
     }
-    assert!(text.contains("| m       | not on this chip |"), "{text}");
+    assert!(text.contains("| m       | not on this chip |     - |"), "{text}");
+    assert!(text.contains("| o       |        not flown |     5 |        - |"), "{text}");
 }
 
 #[test]

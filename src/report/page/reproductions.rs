@@ -29,7 +29,7 @@ pub(super) fn section(report: &Report) -> Section {
             body += &table(&cost_rows_table(&result.costs));
             for cost in &result.costs {
                 if let Some(why) = &cost.refused {
-                    body += &paragraph(&escape(&format!("{}: {why}", cost.network)));
+                    body += &paragraph(&escape(why));
                 }
             }
             body += &heading("Operations of a decision in floats");

@@ -16,6 +16,9 @@ use crate::cli::drive::all_threads;
 use crate::cli::output::{header, progress, say};
 use crate::cli::{Failure, Verdict};
 
+/// In a checkpoint and in nothing else: the digest of what it was made with.
+pub(super) const CONFIGURATION: &str = "configuration";
+
 const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
 const AVAE_CONFIG: &str = include_str!("../train/configs/avae.toml");
 const FSVAE_CONFIG: &str = include_str!("../train/configs/fsvae.toml");
@@ -83,7 +86,7 @@ impl Folder {
         let name = path.display().to_string();
         let bytes = files::read_bytes(&path)?;
         let state = StateReader::new(&name, &bytes)?;
-        let found = state.count("configuration")?;
+        let found = state.count(CONFIGURATION)?;
         if found != self.digest {
             return Err(format!(
                 "{name}: was made with another configuration or encoder ({found:016x} found, \
@@ -98,7 +101,7 @@ impl Folder {
 
     fn checkpoint(&self, write: impl FnOnce(&mut StateWriter)) -> Result<(), Failure> {
         let mut state = StateWriter::default();
-        state.count("configuration", self.digest);
+        state.count(CONFIGURATION, self.digest);
         write(&mut state);
         self.write("checkpoint.safetensors", &state.bytes())
     }

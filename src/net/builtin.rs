@@ -35,6 +35,8 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/avae", include_bytes!("weights/compare/avae.safetensors")),
     ("compare/fsvae", include_bytes!("weights/compare/fsvae.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
+    ("compare/naive-2", include_bytes!("weights/compare/naive-2.safetensors")),
+    ("compare/naive-3", include_bytes!("weights/compare/naive-3.safetensors")),
     ("compare/eem-san", include_bytes!("weights/compare/eem_san.safetensors")),
     ("compare/eem-san-2", include_bytes!("weights/compare/eem_san-2.safetensors")),
     ("compare/eem-san-3", include_bytes!("weights/compare/eem_san-3.safetensors")),

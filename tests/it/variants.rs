@@ -296,6 +296,7 @@ fn what_cannot_be_halved_is_refused() {
         }
     };
     folder.write("narrow.safetensors", network(Form::EEM_SAN, true, narrow));
+    folder.good("train actor --quick --recipe third --threads 1 --rounds 1 --out t");
     for (line, parts) in [
         ("halve n.safetensors -o n.safetensors", ["n.safetensors: is an input", "name of its own"]),
         ("halve no.safetensors -o h.st", ["no.safetensors: not a readable", "export the weights"]),
@@ -305,6 +306,7 @@ fn what_cannot_be_halved_is_refused() {
         ),
         ("halve narrow.safetensors -o h.st", ["h.st: population.laser", "must be above 0"]),
         ("halve n.safetensors -o no/such/h.st", ["no/such", ""]),
+        ("halve t/checkpoint.safetensors -o h.st", ["the checkpoint of a training", "beside it"]),
     ] {
         refused(&folder, line, &parts);
     }

@@ -335,7 +335,10 @@ pub fn rate_table(reproduced: &Reproduced) -> Table {
         };
         let method = if row.on_chip { format!("{}, chip", row.label) } else { row.label.clone() };
         let each = match (row.trained.is_empty(), row.missing.is_empty()) {
-            (true, false) => format!("not trained: {}", row.missing.join(", ")),
+            (true, false) => {
+                let there = if row.not_flown.is_empty() { "" } else { "not flown; " };
+                format!("{there}not trained: {}", row.missing.join(", "))
+            }
             (true, true) => "not flown".to_owned(),
             (false, _) => {
                 let open = [(&row.not_flown, "not flown"), (&row.missing, "not trained")];

@@ -121,6 +121,15 @@ impl<'a> Task<'a> {
 
 impl<'a> Evaluation<'a> {
     pub(super) fn prepare(args: &'a EvaluateArgs) -> Result<Self, Failure> {
+        let open = || drivers(&args.networks, args.weights.as_deref(), EngineKind::Event);
+        Self::prepare_with(args, open)
+    }
+
+    /// The same with drivers that `open` gives, one for each network.
+    pub(super) fn prepare_with(
+        args: &'a EvaluateArgs,
+        open: impl FnOnce() -> Result<Vec<Driver>, Failure>,
+    ) -> Result<Self, Failure> {
         let inputs = args.networks.iter().chain(&args.maps).map(Path::new);
         let inputs = inputs.chain(args.weights.as_deref());
         check_outputs(args.json.iter().chain(&args.state), inputs)?;
@@ -128,7 +137,7 @@ impl<'a> Evaluation<'a> {
         each_once("--map", &args.maps)?;
         each_once("--condition", &args.conditions)?;
         each_once("--degraded", &args.degraded)?;
-        let mut drivers = drivers(&args.networks, args.weights.as_deref(), EngineKind::Event)?;
+        let mut drivers = open()?;
         for (driver, name) in drivers.iter_mut().zip(&args.networks) {
             driver.label.clone_from(name);
         }

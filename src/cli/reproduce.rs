@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::slice;
 
-use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS, EngineKind};
+use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS, Driver, EngineKind};
 use spikeloop::files;
 use spikeloop::net::builtin;
 use spikeloop::report::Report;
@@ -134,19 +135,19 @@ fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
     }
     let mut costs = Vec::new();
     if args.wants("cost") {
-        let networks = first_trained(&all_rows());
-        costs = networks.iter().map(|name| counted(args, name)).collect::<Result<_, _>>()?;
-        let fit = costs.iter().filter(|cost| cost.refused.is_none());
-        let on_chip = fit.map(|cost| format!("{ON_CHIP}{}", cost.network)).collect();
-        fly_some(args, &args.evaluation(on_chip, &[MAP], &dynamic))?;
+        let (rows, chips) = compiled(first_trained(&all_rows()));
+        costs = rows;
+        for cost in &mut costs {
+            let seed = args.flights.seed;
+            cost.counted = Some(table5::operations(&cost.network, MAP, TABLE5_SECONDS, seed)?);
+        }
+        fly_chips(args, chips, &mut args.evaluation(Vec::new(), &[MAP], &dynamic))?;
     }
     if args.wants("degraded") {
-        let networks = first_trained(SUCCESS.rows);
-        let fit = networks.iter().filter(|network| compiled(network).refused.is_none());
-        let on_chip = fit.map(|network| format!("{ON_CHIP}{network}")).collect();
-        let mut evaluation = args.evaluation(on_chip, &[MAP], &dynamic);
+        let (_, chips) = compiled(first_trained(SUCCESS.rows));
+        let mut evaluation = args.evaluation(Vec::new(), &[MAP], &dynamic);
         evaluation.degraded = degraded;
-        fly_some(args, &evaluation)?;
+        fly_chips(args, chips, &mut evaluation)?;
     }
     Ok(costs)
 }
@@ -155,8 +156,24 @@ fn fly_some(args: &ReproduceArgs, evaluation: &EvaluateArgs) -> Result<(), Failu
     if evaluation.networks.is_empty() {
         return Ok(());
     }
-    // What is in the state file has to be of these networks, whether any flies or not.
-    let evaluation = Evaluation::prepare(evaluation)?;
+    fly_prepared(args, Evaluation::prepare(evaluation)?)
+}
+
+/// The same for networks that are compiled already.
+fn fly_chips(
+    args: &ReproduceArgs,
+    chips: Vec<Driver>,
+    evaluation: &mut EvaluateArgs,
+) -> Result<(), Failure> {
+    if chips.is_empty() {
+        return Ok(());
+    }
+    evaluation.networks = chips.iter().map(|chip| chip.label.clone()).collect();
+    fly_prepared(args, Evaluation::prepare_with(evaluation, || Ok(chips))?)
+}
+
+/// What is in the state file has to be of these networks, whether any flies or not.
+fn fly_prepared(args: &ReproduceArgs, evaluation: Evaluation) -> Result<(), Failure> {
     if !args.as_flown {
         evaluation.fly_all()?;
     }
@@ -192,23 +209,27 @@ fn each<'a>(networks: impl Iterator<Item = &'a &'static str>) -> Vec<String> {
     known
 }
 
-/// The same with the operations that it does in floats.
-fn counted(args: &ReproduceArgs, network: &str) -> Result<CostRow, Failure> {
-    let ops = table5::operations(network, MAP, TABLE5_SECONDS, args.flights.seed)?;
-    Ok(CostRow { counted: Some(ops), ..compiled(network) })
-}
-
-/// What the chip needs for a network, or why it cannot take it; nothing flown yet.
-fn compiled(network: &str) -> CostRow {
-    let network = network.to_owned();
-    match drivers(&[format!("{ON_CHIP}{network}")], None, EngineKind::Event) {
-        Ok(chip) => {
-            let deployment = chip[0].deployment().expect("a compiled network");
-            let cores = deployment.map.core_usage().used;
-            CostRow { network, cores, ..CostRow::default() }
+/// What the chip needs for each network, or why it cannot take it, nothing flown yet; and a driver for
+/// each that it can take.
+fn compiled(networks: Vec<String>) -> (Vec<CostRow>, Vec<Driver>) {
+    let (mut costs, mut chips) = (Vec::new(), Vec::new());
+    for network in networks {
+        let name = format!("{ON_CHIP}{network}");
+        let mut cost = CostRow { network, ..CostRow::default() };
+        match drivers(slice::from_ref(&name), None, EngineKind::Event) {
+            Ok(compiled) => {
+                for mut chip in compiled {
+                    let deployment = chip.deployment().expect("a compiled network");
+                    cost.cores = deployment.map.core_usage().used;
+                    chip.label.clone_from(&name);
+                    chips.push(chip);
+                }
+            }
+            Err(why) => cost.refused = Some(why.to_string()),
         }
-        Err(why) => CostRow { network, refused: Some(why.to_string()), ..CostRow::default() },
+        costs.push(cost);
     }
+    (costs, chips)
 }
 
 fn reproduction(

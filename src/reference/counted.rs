@@ -20,7 +20,7 @@ use crate::cost::{Activity, Counts, Modules, Shape};
 use crate::net::EemSan;
 use crate::net::eem_san::StateCode;
 use crate::policy::Observation;
-use crate::rng::{Streams, stream};
+use crate::rng::{Draw, Streams, stream};
 
 /// All four modules, run side by side on the same observations.
 ///
@@ -90,13 +90,12 @@ impl CountedEemSan {
     /// One control tick with the random streams of its trial; the spiking network acts as
     /// [`crate::reference::EemSanPolicy`] does.
     pub fn tick(&mut self, observation: &Observation, streams: Streams, tick: u64) -> CountedTick {
-        let frames = observation.frames.iter().map(|frame| frame.active().collect());
-        let frames: Vec<Vec<usize>> = frames.collect();
+        let frames = active_pixels(observation);
         let seen = self.spiking_encoder.tick(&frames);
         let artificial = self.artificial_encoder.tick(&frames);
         let state = robot_state(observation);
         let spikes = |code: &StateCode, state: &[f32], name: &str| {
-            population_spikes(&code.activity(state), self.steps, &mut streams.at(name, tick))
+            coded(code, state, self.steps, streams.at(name, tick))
         };
         let inputs: [InputSpikes; 2] = [
             spikes(&self.laser, &state, stream::LASER_POPULATION),
@@ -121,6 +120,16 @@ impl CountedEemSan {
             },
         }
     }
+}
+
+/// Active pixels of each frame.
+fn active_pixels(observation: &Observation) -> Vec<Vec<usize>> {
+    observation.frames.iter().map(|frame| frame.active().collect()).collect()
+}
+
+/// Spikes of a state into its branch.
+fn coded(code: &StateCode, state: &[f32], steps: u32, mut draw: Draw) -> InputSpikes {
+    population_spikes(&code.activity(state), steps, &mut draw)
 }
 
 /// Whether a call with these inputs counts as MAC: any is none of -1, 0, 1.

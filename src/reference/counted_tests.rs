@@ -296,14 +296,13 @@ fn others(draw: &mut Draw) -> Vec<EemSan> {
     rate.decision[0] = layer(draw, "decision.1".into(), 24, 256);
     let mut moving = rate.clone();
     moving.name = "moving".into();
-    let rule = [0.5, 3.0, 0.5, 0.2, 0.01, 4.0];
     moving.dynamic = Some(crate::net::Bdett {
-        initial: rule[0],
-        temporal_scale: rule[1],
-        energy_share: rule[2],
-        spread: rule[3],
-        energy_slope: rule[4],
-        energy_scale: rule[5],
+        initial: 0.5,
+        temporal_scale: 3.0,
+        energy_share: 0.5,
+        spread: 0.2,
+        energy_slope: 0.01,
+        energy_scale: 4.0,
     });
     vec![kind(EncoderKind::Hsvae), kind(EncoderKind::Fsvae), addition, rate, moving]
 }

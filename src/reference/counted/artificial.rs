@@ -12,16 +12,25 @@ use crate::reference::counted::spiking::{by_channel, picture};
 /// the state is their mean.
 #[derive(Debug, Clone)]
 pub struct ArtificialEncoder {
-    layers: Vec<Conv>,
+    convolutions: Convolutions,
     mean: Dense,
     deviation: Dense,
-    channels: usize,
 }
 
 /// AVAE's encoder as it is: the last layer has no ReLU, and `mu` is read once, of the mean of its
 /// outputs over the frames of a tick.
 #[derive(Debug, Clone)]
-pub struct AvaeEncoder(ArtificialEncoder);
+pub struct AvaeEncoder {
+    convolutions: Convolutions,
+    mean: Dense,
+}
+
+/// Layers with ReLU between them.
+#[derive(Debug, Clone)]
+struct Convolutions {
+    layers: Vec<Conv>,
+    channels: usize,
+}
 
 /// Middle fuse and decision module with ReLU in place of neurons and a sigmoid at the end, run on
 /// the spikes of each step; the action is the mean.
@@ -31,33 +40,59 @@ pub struct ArtificialDecision {
     layers: Vec<Dense>,
 }
 
-impl ArtificialEncoder {
-    /// Takes the spiking encoder's weights.
-    pub fn new(encoder: &EventEncoder) -> Self {
-        let readout = Dense::new(&encoder.readout.weights, &encoder.readout.bias);
+impl Convolutions {
+    fn new(encoder: &EventEncoder) -> Self {
         Self {
             layers: encoder.layers.iter().map(Conv::new).collect(),
-            mean: readout.clone(),
-            deviation: readout,
             channels: encoder.layers.last().map_or(1, |layer| layer.outputs),
         }
     }
 
+    /// Nothing met by the layers and by what reads them.
+    fn activity(&self) -> Activity {
+        Activity::new(self.layers.len() + 1, 0)
+    }
+
+    /// Sums of the last layer, channel by channel, for a list of active pixels.
+    fn apply(&self, frame: &[usize], counts: &mut Counts, activity: &mut Activity) -> Vec<f32> {
+        let mut values = self.layers.first().map_or(Vec::new(), |conv| picture(conv, frame));
+        for (index, conv) in self.layers.iter().enumerate() {
+            if index > 0 {
+                values = relu(values);
+            }
+            activity.layers[index] += conv.traffic(&values);
+            values = conv.multiply(&values, counts);
+        }
+        by_channel(&values, self.channels)
+    }
+
+    /// `mu` of these values.
+    fn read(
+        &self,
+        readout: &Dense,
+        values: &[f32],
+        counts: &mut Counts,
+        activity: &mut Activity,
+    ) -> Vec<f32> {
+        activity.layers[self.layers.len()] += traffic(values);
+        readout.multiply(values, counts)
+    }
+}
+
+impl ArtificialEncoder {
+    /// Takes the spiking encoder's weights.
+    pub fn new(encoder: &EventEncoder) -> Self {
+        let readout = Dense::new(&encoder.readout.weights, &encoder.readout.bias);
+        Self { convolutions: Convolutions::new(encoder), mean: readout.clone(), deviation: readout }
+    }
+
     /// The DVS state of these frames, each a list of active pixels.
     pub fn tick(&mut self, frames: &[Vec<usize>]) -> Done<Vec<f32>> {
-        let n = self.layers.len();
-        let (mut counts, mut activity) = (Counts::default(), Activity::new(n + 1, 0));
+        let (mut counts, mut activity) = (Counts::default(), self.convolutions.activity());
         let mut states = Vec::new();
         for frame in frames {
-            let mut values = self.layers.first().map_or(Vec::new(), |conv| picture(conv, frame));
-            for (index, conv) in self.layers.iter().enumerate() {
-                activity.layers[index] += conv.traffic(&values);
-                values = conv.multiply(&values, &mut counts);
-                values.iter_mut().for_each(|value| *value = value.max(0.0));
-            }
-            let values = by_channel(&values, self.channels);
-            activity.layers[n] += traffic(&values);
-            states.push(self.mean.multiply(&values, &mut counts));
+            let values = relu(self.convolutions.apply(frame, &mut counts, &mut activity));
+            states.push(self.convolutions.read(&self.mean, &values, &mut counts, &mut activity));
             // The paper counts sigma, which nothing reads.
             let mut unread = Counts::default();
             self.deviation.multiply(&values, &mut unread);
@@ -70,28 +105,17 @@ impl ArtificialEncoder {
 impl AvaeEncoder {
     /// Takes the weights.
     pub fn new(encoder: &EventEncoder) -> Self {
-        Self(ArtificialEncoder::new(encoder))
+        let mean = Dense::new(&encoder.readout.weights, &encoder.readout.bias);
+        Self { convolutions: Convolutions::new(encoder), mean }
     }
 
     /// The DVS state of these frames, each a list of active pixels.
     pub fn tick(&mut self, frames: &[Vec<usize>]) -> Done<Vec<f32>> {
-        let n = self.0.layers.len();
-        let (mut counts, mut activity) = (Counts::default(), Activity::new(n + 1, 0));
-        let mut outputs = Vec::new();
-        for frame in frames {
-            let mut values = self.0.layers.first().map_or(Vec::new(), |conv| picture(conv, frame));
-            for (index, conv) in self.0.layers.iter().enumerate() {
-                if index > 0 {
-                    values = relu(values);
-                }
-                activity.layers[index] += conv.traffic(&values);
-                values = conv.multiply(&values, &mut counts);
-            }
-            outputs.push(by_channel(&values, self.0.channels));
-        }
-        let read = mean(&outputs);
-        activity.layers[n] += traffic(&read);
-        let output = self.0.mean.multiply(&read, &mut counts);
+        let (mut counts, mut activity) = (Counts::default(), self.convolutions.activity());
+        let outputs =
+            frames.iter().map(|frame| self.convolutions.apply(frame, &mut counts, &mut activity));
+        let outputs = mean(&outputs.collect::<Vec<_>>());
+        let output = self.convolutions.read(&self.mean, &outputs, &mut counts, &mut activity);
         Done { output, counts, activity }
     }
 }

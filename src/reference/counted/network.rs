@@ -1,11 +1,13 @@
 //! A network as it is, counted.
 
-use crate::coding::{InputSpikes, population_spikes, robot_state};
+use crate::coding::robot_state;
 use crate::cost::Counts;
 use crate::net::eem_san::StateCode;
 use crate::net::{EemSan, EncoderKind};
 use crate::policy::Observation;
-use crate::reference::counted::{AvaeEncoder, SpikingDecision, SpikingEncoder};
+use crate::reference::counted::{
+    AvaeEncoder, SpikingDecision, SpikingEncoder, active_pixels, coded,
+};
 use crate::rng::{Streams, stream};
 
 /// EEM-SAN or a network that it is compared with, with its own encoder, if it has one.
@@ -63,15 +65,14 @@ impl CountedNetwork {
         tick: u64,
     ) -> (Vec<u32>, Counts) {
         let steps = self.steps;
-        let spikes = |code: &StateCode, state: &[f32], name: &str| -> InputSpikes {
-            population_spikes(&code.activity(state), steps, &mut streams.at(name, tick))
+        let spikes = |code: &StateCode, state: &[f32], name: &str| {
+            coded(code, state, steps, streams.at(name, tick))
         };
         let state = robot_state(observation);
         let mut inputs = vec![spikes(&self.laser, &state, stream::LASER_POPULATION)];
         let mut counts = Counts::default();
         if let Some((encoder, code)) = &mut self.dvs {
-            let frames = observation.frames.iter().map(|frame| frame.active().collect());
-            let frames: Vec<Vec<usize>> = frames.collect();
+            let frames = active_pixels(observation);
             let seen = match encoder {
                 Encoder::Spiking(encoder) => encoder.tick(&frames),
                 Encoder::Artificial(encoder) => encoder.tick(&frames),

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use hw_model::core_map::{AxonIn, CompartmentGroup, Core, HostPort, PortTarget};
+use hw_model::core_map::{AxonIn, AxonOut, CompartmentGroup, Core, HostPort, PortTarget};
 use hw_model::engine::Stimulus;
-use hw_model::id::{AxonIdx, CoreId};
+use hw_model::id::{AxonIdx, CompartmentIdx, CoreId};
 use hw_model::synapse::{SynapseEntry, SynapseForm, SynapseList};
 use hw_model::weight::{SignMode, SynapseFormat};
 use hw_model::{ChipSpec, CoreMap, CoreMapParts, EventEngine, Faults};
@@ -171,6 +171,118 @@ proptest! {
         });
         prop_assert_eq!(lossy_event, lossy_dense);
     }
+}
+
+/// Cores of which each gets one or two synapses of a spike, from the host and from other cores.
+#[derive(Debug, Clone)]
+struct Scattered {
+    cores: usize,
+    compartments: u16,
+    /// Lines of the host, and neurons that send anything.
+    lines: usize,
+    senders: usize,
+    /// Synapses of each.
+    fan_out: usize,
+    seed: u64,
+}
+
+fn scattered() -> impl Strategy<Value = Scattered> {
+    let sizes = (1..=40usize, prop::sample::select(vec![1u16, 3, 16, 64]), any::<u64>());
+    (sizes, 1..=400usize, 0..=60usize, 1..=120usize).prop_map(
+        |((cores, compartments, seed), lines, senders, fan_out)| {
+            // No input axon beyond the chip's 4,096 of a core.
+            let fan_out = fan_out.min(cores * 3);
+            Scattered { cores, compartments, lines, senders, fan_out, seed }
+        },
+    )
+}
+
+impl Scattered {
+    fn build(&self) -> Arc<CoreMap> {
+        let mut draw = draws(self.seed);
+        let mut core = core_of(self.compartments, false);
+        core.formats =
+            vec![SynapseFormat { sign_mode: SignMode::Mixed, weight_bits: 8, exponent: 0 }];
+        let mut cores = vec![core; self.cores];
+        // The axons that a source reaches: core and number.
+        let mut axons = |cores: &mut [Core]| {
+            let mut reached: Vec<usize> =
+                (0..self.fan_out).map(|_| draw(cores.len() as u64) as usize).collect();
+            reached.sort_unstable();
+            // Two that follow each other become one axon where the core has room for two.
+            let mut made = Vec::new();
+            let mut reached = reached.into_iter().peekable();
+            while let Some(core) = reached.next() {
+                let mut targets = vec![draw(u64::from(self.compartments)) as u16];
+                if self.compartments > 1 && reached.next_if_eq(&core).is_some() {
+                    targets[0] = targets[0].min(self.compartments - 2);
+                    targets.push(targets[0] + 1);
+                }
+                let mantissas = targets.iter().map(|_| 2 * draw(250) as i16 - 250).collect();
+                let form = SynapseForm::Sparse { targets, mantissas };
+                let into = &mut cores[core];
+                into.lists.push(SynapseList { entries: vec![SynapseEntry { format: 0, form }] });
+                let list = into.lists.len() as u32 - 1;
+                into.axons_in.push(AxonIn { list, base: 0 });
+                made.push((CoreId(core as u16), AxonIdx(into.axons_in.len() as u16 - 1)));
+            }
+            made
+        };
+        for sender in 0..self.senders.min(self.cores * usize::from(self.compartments)) {
+            let (from, compartment) = (sender % self.cores, (sender / self.cores) as u16);
+            let compartment = CompartmentIdx(compartment);
+            for (core, axon) in axons(&mut cores) {
+                cores[from].axons_out.push(AxonOut { compartment, core, axon });
+            }
+        }
+        let mut targets = Vec::new();
+        for line in 0..self.lines as u32 {
+            let of_line = axons(&mut cores).into_iter();
+            targets.extend(of_line.map(|(core, axon)| PortTarget { line, core, axon }));
+        }
+        let port = HostPort { name: "in".to_owned(), lines: self.lines as u32, targets };
+        let chip = ChipSpec::loihi1();
+        let parts = CoreMapParts { chip, cores, populations: Vec::new(), ports: vec![port] };
+        Arc::new(CoreMap::new(parts).unwrap())
+    }
+}
+
+/// All threads, with and without lost messages, against the dense engine. All lines spike in the
+/// first step, later a third of them.
+fn check_scattered(scattered: &Scattered) -> Result<(), TestCaseError> {
+    let map = scattered.build();
+    let mut draw = draws(scattered.seed ^ 1);
+    let spikes: Vec<(u64, u32, u32)> = (0..6u64)
+        .flat_map(|step| (0..scattered.lines as u32).map(move |line| (step, 0, line)))
+        .filter(|(step, _, _)| *step == 0 || draw(3) == 0)
+        .collect();
+    let stimulus = Stimulus::new(&map, 8, spikes).unwrap();
+    let expected = run_whole(dense(&map), &stimulus);
+    for threads in [1, 2, 3] {
+        prop_assert_eq!(&run_whole(event(&map, threads), &stimulus), &expected);
+    }
+    let [lossy_event, lossy_dense] = [event(&map, 1), dense(&map)].map(|mut engine| {
+        engine.set_faults(Faults::new(scattered.seed, 300_000, []).unwrap());
+        run_whole(engine, &stimulus)
+    });
+    prop_assert_eq!(lossy_event, lossy_dense);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(config(100))]
+
+    #[test]
+    fn scattered_synapses_agree_with_the_dense_engine(scattered in scattered()) {
+        check_scattered(&scattered)?;
+    }
+}
+
+#[test]
+fn many_scattered_synapses_in_one_step_agree_with_the_dense_engine() {
+    let scattered =
+        Scattered { cores: 16, compartments: 16, lines: 1200, senders: 20, fan_out: 48, seed: 5 };
+    check_scattered(&scattered).unwrap();
 }
 
 /// One compartment with an input axon for each of `weights`, all of which spike at once.

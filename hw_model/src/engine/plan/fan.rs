@@ -4,17 +4,18 @@
 //! network, fetching a row for every core and source takes longer than adding it. Such synapses are
 //! stored source by source: all that a spike adds, on whichever core, is one stretch of memory.
 
+mod bins;
+
 use super::links::FanEdge;
 use super::rows::{Layout, ListIs};
 use crate::core_map::CoreMap;
+use bins::{AT_ONCE, BATCH, Bins};
 
 /// Marks the first synapse of an axon in [`Synapses`].
 const FIRST: u32 = 1 << 31;
 
 /// Bytes that memory gives at once.
 const CACHE_LINE: usize = 64;
-/// Spikes whose synapses are fetched together.
-const BATCH: usize = 16;
 
 /// All pushed synapses of a map, sorted by source unit, then core, then axon.
 #[derive(Debug, Default)]
@@ -39,6 +40,7 @@ enum Synapses {
     /// One word each, where that holds all of them: below [`FIRST`] the weight, and in the lowest
     /// `place_bits` the place.
     Packed {
+        /// With [`AT_ONCE`] more at the end.
         words: Vec<u32>,
         place_bits: u32,
     },
@@ -68,20 +70,14 @@ impl Synapses {
             let weight = ((i32::from(weight) as u32) << place_bits) & !FIRST;
             (target & FIRST) | weight | (target & !FIRST)
         };
-        let words = targets.into_iter().zip(weights).map(word).collect();
+        let after = std::iter::repeat_n(0, AT_ONCE);
+        let words = targets.into_iter().zip(weights).map(word).chain(after).collect();
         Self::Packed { words, place_bits }
-    }
-
-    /// Place with [`FIRST`], and weight.
-    #[inline(always)]
-    fn unpacked(word: u32, place_bits: u32) -> (u32, i32) {
-        let weight = ((word << 1) as i32) >> (place_bits + 1);
-        (word & (FIRST | ((1 << place_bits) - 1)), weight)
     }
 
     fn get(&self, index: usize) -> (u32, i32) {
         match self {
-            Self::Packed { words, place_bits } => Self::unpacked(words[index], *place_bits),
+            Self::Packed { words, place_bits } => unpacked(words[index], *place_bits),
             Self::Apart { targets, weights } => (targets[index], i32::from(weights[index])),
         }
     }
@@ -113,6 +109,13 @@ impl Synapses {
     }
 }
 
+/// Place with [`FIRST`], and weight of a packed synapse.
+#[inline(always)]
+fn unpacked(word: u32, place_bits: u32) -> (u32, i32) {
+    let weight = ((word << 1) as i32) >> (place_bits + 1);
+    (word & (FIRST | ((1 << place_bits) - 1)), weight)
+}
+
 /// The part of [`Fans`] that reaches the cores of one thread, and its sums.
 #[derive(Debug, Default)]
 pub(in crate::engine) struct Fan {
@@ -122,6 +125,8 @@ pub(in crate::engine) struct Fan {
     /// First and end of the synapses of each unit.
     ranges: Vec<(u32, u32)>,
     sums: Vec<i32>,
+    /// On the way to `sums`, where these are too many for the nearest cache.
+    bins: Option<Bins>,
     /// Synaptic operations, and axons in the upper half, of each core since it last took them.
     counts: Vec<u64>,
 }
@@ -226,13 +231,18 @@ impl Fans {
         let n_cores = end - first;
         let ranges =
             if n_cores == 0 { Vec::new() } else { self.starts.windows(2).map(range).collect() };
-        Fan {
-            first,
-            n_cores,
-            ranges,
-            sums: vec![0; n_cores << self.stride_bits],
-            counts: vec![0; n_cores],
-        }
+        let sums = n_cores << self.stride_bits;
+        let bins = match &self.synapses {
+            Synapses::Packed { words, place_bits } => {
+                let place = |word| {
+                    let (target, _) = unpacked(word, *place_bits);
+                    (target & !FIRST) as usize - (first << self.stride_bits)
+                };
+                Bins::new(words, &ranges, (sums, self.stride_bits), place)
+            }
+            Synapses::Apart { .. } => None,
+        };
+        Fan { first, n_cores, ranges, sums: vec![0; sums], bins, counts: vec![0; n_cores] }
     }
 
     /// Sources that push anything, each with its first unit.
@@ -256,7 +266,10 @@ impl Fan {
 
     /// Size in memory.
     pub(in crate::engine) fn bytes(&self) -> usize {
-        size_of_val(&self.ranges[..]) + size_of_val(&self.sums[..]) + size_of_val(&self.counts[..])
+        size_of_val(&self.ranges[..])
+            + size_of_val(&self.sums[..])
+            + size_of_val(&self.counts[..])
+            + self.bins.as_ref().map_or(0, Bins::bytes)
     }
 
     /// A copy without any input.
@@ -266,11 +279,13 @@ impl Fan {
             n_cores: self.n_cores,
             ranges: self.ranges.clone(),
             sums: vec![0; self.sums.len()],
+            bins: self.bins.clone(),
             counts: vec![0; self.n_cores],
         }
     }
 
-    /// Spikes of `units` of a source, the first of which is `first_unit` of all.
+    /// Spikes of `units` of a source, the first of which is `first_unit` of all; [`Fan::settle`]
+    /// follows the last source.
     ///
     /// The stretches of several spikes lie far apart and are longer than what a CPU looks ahead, so
     /// one value of each of their cache lines is read first: the fetches overlap.
@@ -282,24 +297,51 @@ impl Fan {
         mut units: impl Iterator<Item = usize>,
     ) {
         loop {
-            let mut batch = [(0, 0); BATCH];
+            let mut batch = [(0, 0, 0); BATCH];
             let mut n = 0;
-            let mut met = 0;
             while n < BATCH
                 && let Some(unit) = units.next()
             {
                 let (start, end) = self.ranges[first_unit + unit];
-                batch[n] = (start as usize, end as usize);
+                batch[n] = (first_unit + unit, start as usize, end as usize);
                 n += 1;
-                met ^= fans.synapses.met(start as usize..end as usize);
+            }
+            let batch = &batch[..n];
+            let mut met = 0;
+            for (unit, start, end) in batch {
+                met ^= fans.synapses.met(*start..*end);
+                met ^= self.bins.as_ref().map_or(0, |bins| bins.met(*unit));
             }
             std::hint::black_box(met);
-            for (start, end) in &batch[..n] {
-                self.push_range(fans, *start..*end);
+            match (&fans.synapses, &mut self.bins) {
+                (Synapses::Packed { words, .. }, Some(bins)) => {
+                    for (unit, start, _) in batch {
+                        bins.put(*unit, &words[*start..]);
+                    }
+                    if bins.are_full() {
+                        self.settle(fans);
+                    }
+                }
+                _ => {
+                    for (_, start, end) in batch {
+                        self.push_range(fans, *start..*end);
+                    }
+                }
             }
             if n < BATCH {
                 return;
             }
+        }
+    }
+
+    /// Adds up what is on the way.
+    #[inline(always)]
+    pub(in crate::engine) fn settle(&mut self, fans: &Fans) {
+        if let (Synapses::Packed { place_bits, .. }, Some(bins)) = (&fans.synapses, &mut self.bins)
+        {
+            let first_place = self.first << fans.stride_bits;
+            let bits = (*place_bits, first_place, fans.stride_bits);
+            bins.empty(bits, &mut self.sums, &mut self.counts);
         }
     }
 
@@ -308,7 +350,7 @@ impl Fan {
         match &fans.synapses {
             Synapses::Packed { words, place_bits } => {
                 for word in &words[range] {
-                    let (target, weight) = Synapses::unpacked(*word, *place_bits);
+                    let (target, weight) = unpacked(*word, *place_bits);
                     self.add(fans, target, weight);
                 }
             }

@@ -21,6 +21,7 @@ pub use encoder::RateEncoder;
 pub use encoder_kind::EncoderKind;
 pub use error::NetError;
 pub use network::{Layer, Network};
+pub use tensors::CHECKPOINT;
 
 use std::path::Path;
 

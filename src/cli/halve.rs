@@ -5,11 +5,9 @@ use std::path::Path;
 use spikeloop::files;
 use spikeloop::floats::halved;
 use spikeloop::net::EemSan;
-use spikeloop::nn::StateReader;
 
 use crate::cli::args::HalveArgs;
 use crate::cli::output::{self, check_outputs, header, say};
-use crate::cli::train::CONFIGURATION;
 use crate::cli::{Failure, Verdict};
 
 pub(super) fn run(args: &HalveArgs) -> Result<Verdict, Failure> {
@@ -17,14 +15,6 @@ pub(super) fn run(args: &HalveArgs) -> Result<Verdict, Failure> {
     check_outputs([&args.output], [args.weights.as_path()])?;
     let bytes = files::read_bytes(&args.weights)?;
     opens(&args.weights, &bytes)?;
-    if StateReader::new(&file, &bytes)?.has(CONFIGURATION) {
-        return Err(format!(
-            "{file}: the checkpoint of a training, {} bytes, which goes on from all of its bits; halve \
-             the weights that the training wrote beside it",
-            bytes.len()
-        )
-        .into());
-    }
     let half = halved(&file, &bytes)?;
     opens(&args.output, &half.bytes)?;
     say(header(None, &[]))?;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sha2::{Digest, Sha256};
 use spikeloop::files;
-use spikeloop::net::{EemSan, EventEncoder};
+use spikeloop::net::{CHECKPOINT, EemSan, EventEncoder, NetError};
 use spikeloop::nn::{StateReader, StateWriter};
 use spikeloop::report::curves::{Curve, curves};
 use spikeloop::train::actor::Stage;
@@ -15,9 +15,6 @@ use crate::cli::args::{KindArg, RecipeArg, TrainArgs, TrainVerb};
 use crate::cli::drive::all_threads;
 use crate::cli::output::{header, progress, say};
 use crate::cli::{Failure, Verdict};
-
-/// In a checkpoint and in nothing else: the digest of what it was made with.
-pub(super) const CONFIGURATION: &str = "configuration";
 
 const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
 const AVAE_CONFIG: &str = include_str!("../train/configs/avae.toml");
@@ -86,7 +83,7 @@ impl Folder {
         let name = path.display().to_string();
         let bytes = files::read_bytes(&path)?;
         let state = StateReader::new(&name, &bytes)?;
-        let found = state.count(CONFIGURATION)?;
+        let found = state.count(CHECKPOINT)?;
         if found != self.digest {
             return Err(format!(
                 "{name}: was made with another configuration or encoder ({found:016x} found, \
@@ -101,7 +98,7 @@ impl Folder {
 
     fn checkpoint(&self, write: impl FnOnce(&mut StateWriter)) -> Result<(), Failure> {
         let mut state = StateWriter::default();
-        state.count(CONFIGURATION, self.digest);
+        state.count(CHECKPOINT, self.digest);
         write(&mut state);
         self.write("checkpoint.safetensors", &state.bytes())
     }
@@ -248,7 +245,12 @@ fn actor(
     let threads = args.threads.unwrap_or_else(all_threads);
     let mut training = ActorTraining::new(&config, encoder.as_ref(), threads)?;
     if let Some((path, bytes)) = &from {
-        training.begin_with(&StateReader::new(&path.display().to_string(), bytes)?)?;
+        let file = path.display().to_string();
+        let weights = StateReader::new(&file, bytes)?;
+        if weights.has(CHECKPOINT) {
+            return Err(NetError::Checkpoint { file }.into());
+        }
+        training.begin_with(&weights)?;
     }
     let folder = Folder::open(&args.out, &inputs)?;
     say(header(Some(config.seed), &[]))?;

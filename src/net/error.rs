@@ -28,6 +28,16 @@ pub enum NetError {
         /// The file.
         file: String,
     },
+    /// A checkpoint where weights are expected. Its actor is the last one; what is saved as weights
+    /// may be an average.
+    #[error(
+        "{file}: is the checkpoint of a training, to go on from; give the weights that the training \
+         wrote beside it"
+    )]
+    Checkpoint {
+        /// The file.
+        file: String,
+    },
     /// An EEM-SAN where a network with a description is expected.
     #[error(
         "{name}: is an EEM-SAN, and a network with a description is expected here; \

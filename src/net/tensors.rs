@@ -5,12 +5,19 @@ use safetensors::SafeTensors;
 use crate::floats;
 use crate::net::error::NetError;
 
+/// Tensor that the checkpoint of a training has and no weights have: the digest of the configuration.
+pub const CHECKPOINT: &str = "configuration";
+
 /// The table of contents of a weights file; `file` is the name that errors mention.
 pub(super) fn open<'a>(file: &str, bytes: &'a [u8]) -> Result<SafeTensors<'a>, NetError> {
-    SafeTensors::deserialize(bytes).map_err(|e| NetError::Syntax {
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| NetError::Syntax {
         file: file.to_owned(),
         message: format!("not a readable safetensors file ({e}); export the weights again"),
-    })
+    })?;
+    match tensors.tensor(CHECKPOINT) {
+        Ok(_) => Err(NetError::Checkpoint { file: file.to_owned() }),
+        Err(_) => Ok(tensors),
+    }
 }
 
 /// Tensors of one layer of a file.

@@ -307,6 +307,15 @@ fn what_cannot_be_halved_is_refused() {
         ("halve narrow.safetensors -o h.st", ["h.st: population.laser", "must be above 0"]),
         ("halve n.safetensors -o no/such/h.st", ["no/such", ""]),
         ("halve t/checkpoint.safetensors -o h.st", ["the checkpoint of a training", "beside it"]),
+        ("drive t/checkpoint.safetensors", ["t/checkpoint.safetensors: is the", "beside it"]),
+        (
+            "compile t/checkpoint.safetensors -o m.map",
+            ["the checkpoint of a training", "beside it"],
+        ),
+        (
+            "train actor --quick --from t/checkpoint.safetensors --out u",
+            ["the checkpoint of a training", "beside it"],
+        ),
     ] {
         refused(&folder, line, &parts);
     }

@@ -18,8 +18,10 @@ const COLOURS: [&str; 6] = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd
 const BAR_PX: f64 = 240.0;
 const TOP_PX: f64 = 34.0;
 const LEFT_PX: f64 = 48.0;
-/// Width of a bar and least width of a layer's name.
+/// Width of a bar where there is room, and of what all bars of a layer have at most; least width of
+/// a layer's name.
 const BAR_WIDTH_PX: f64 = 26.0;
+const BARS_WIDTH_PX: f64 = 240.0;
 const LAYER_WIDTH_PX: f64 = 84.0;
 
 /// Thresholds of several networks, as `thresholds --json` writes them.
@@ -43,16 +45,16 @@ pub struct Thresholds {
     pub layers: Vec<(String, f64)>,
 }
 
-/// A row for each layer, a column for each network.
+/// A row for each network, a column for each layer.
 pub fn thresholds_table(networks: &[Thresholds]) -> Table {
-    let header: Vec<&str> =
-        ["layer"].into_iter().chain(networks.iter().map(|n| n.network.as_str())).collect();
+    let layers = layers(networks);
+    let header: Vec<&str> = ["network"].into_iter().chain(layers.iter().copied()).collect();
     let mut table = plain(&header);
-    for layer in layers(networks) {
-        let cell = |network: &Thresholds| {
+    for network in networks {
+        let cell = |layer: &&str| {
             of(network, layer).map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"))
         };
-        table.add_row([layer.to_owned()].into_iter().chain(networks.iter().map(cell)));
+        table.add_row([network.network.clone()].into_iter().chain(layers.iter().map(cell)));
     }
     table
 }
@@ -62,8 +64,10 @@ pub fn thresholds_picture(networks: &[Thresholds]) -> String {
     let layers = layers(networks);
     let values = networks.iter().flat_map(|network| &network.layers).map(|(_, value)| *value);
     let highest = values.fold(2.0 * THRESHOLD_INITIAL, f64::max);
-    let group = (BAR_WIDTH_PX * networks.len() as f64 + 16.0).max(LAYER_WIDTH_PX);
-    let bars = Bars { y_px_per_unit: BAR_PX / highest, group_px: group };
+    let n = networks.len().max(1) as f64;
+    let bar = BAR_WIDTH_PX.min(BARS_WIDTH_PX / n);
+    let group = (bar * n + 16.0).max(LAYER_WIDTH_PX);
+    let bars = Bars { y_px_per_unit: BAR_PX / highest, group_px: group, bar_px: bar };
     let width = LEFT_PX + group * layers.len().max(3) as f64 + 16.0;
     let height = TOP_PX + BAR_PX + 36.0 + 20.0 * networks.len() as f64;
     let mut svg = svg_open(width, height, 13);
@@ -93,6 +97,8 @@ pub fn thresholds_picture(networks: &[Thresholds]) -> String {
 struct Bars {
     y_px_per_unit: f64,
     group_px: f64,
+    /// From one bar to the next.
+    bar_px: f64,
 }
 
 impl Bars {
@@ -104,13 +110,14 @@ impl Bars {
         let left = LEFT_PX + self.group_px * index as f64;
         for (index, network) in networks.iter().enumerate() {
             let Some(value) = of(network, layer) else { continue };
-            let (x, y) = (left + 8.0 + BAR_WIDTH_PX * index as f64, self.y(value));
+            let (x, y) = (left + 8.0 + self.bar_px * index as f64, self.y(value));
             let _ = write!(
                 svg,
-                r#"<rect x="{x:.1}" y="{y:.1}" width="{:.1}" height="{:.1}" fill="{}"><title>{value:.4}</title></rect>"#,
-                BAR_WIDTH_PX - 3.0,
+                r#"<rect x="{x:.1}" y="{y:.1}" width="{:.1}" height="{:.1}" fill="{}"><title>{}: {value:.4}</title></rect>"#,
+                self.bar_px * 0.88,
                 TOP_PX + BAR_PX - y,
-                COLOURS[index % COLOURS.len()]
+                COLOURS[index % COLOURS.len()],
+                escape(&network.network)
             );
         }
         let _ = write!(

@@ -251,10 +251,10 @@ fn thresholds_are_a_table_and_bars() {
     let folder = folder_with_networks();
     let ran = folder.good("thresholds seeing.safetensors blind.safetensors reflex -o t.svg");
     for part in [
-        "| layer      | seeing.safetensors | blind.safetensors | reflex |",
-        "| fuse.laser |             0.5000 |            0.5000 |      - |",
-        "| fuse.dvs   |             0.5000 |                 - |      - |",
-        "| decision.2 |             0.5000 |            0.5000 |      - |",
+        "| network            | fuse.laser | fuse.dvs | decision.1 | decision.2 |  pools | wheels |",
+        "| seeing.safetensors |     0.5000 |   0.5000 |     0.5000 |     0.5000 |      - |      - |",
+        "| blind.safetensors  |     0.5000 |        - |     0.5000 |     0.5000 |      - |      - |",
+        "| reflex             |          - |        - |          - |          - | 1.0000 | 1.0000 |",
         "wrote t.svg",
     ] {
         assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);

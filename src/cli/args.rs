@@ -509,7 +509,7 @@ pub(super) struct CameraArgs {
     #[arg(long, value_name = "OUT.npz")]
     pub(super) events: Option<PathBuf>,
     /// Folder for pictures of the drive, one per control tick: the view with its events, then
-    /// five event frames, then the reconstruction by --encoder
+    /// five event frames, then the reconstruction by --encoder, four times as bright
     #[arg(long, value_name = "FOLDER")]
     pub(super) frames: Option<PathBuf>,
     /// Auto-encoder of event frames (.safetensors) that watches: its spikes are counted

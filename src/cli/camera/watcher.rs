@@ -13,6 +13,9 @@ use spikeloop::world::dvs::picture::Panel;
 
 use crate::cli::Failure;
 
+/// Reconstructions are means of five frames over squares of pixels: dark, where few pixels spike.
+const BRIGHTER: f32 = 4.0;
+
 /// HSVAE as `spikeloop train hsvae` writes it: the encoder runs on events, the decoder on demand.
 pub(super) struct Watcher {
     encoder: FloatEncoder,
@@ -69,7 +72,7 @@ impl Watcher {
         self.encoder.step(frame);
     }
 
-    /// The decoder's picture of the state now, in grey.
+    /// The decoder's picture of the state now, in grey, [`BRIGHTER`] than it is.
     pub(super) fn reconstruction(&self) -> Panel {
         let scales = self.deviation.iter().zip(&self.mean);
         // The encoder gives `mu` with zero mean and unit deviation; the decoder takes it as it was.
@@ -77,7 +80,8 @@ impl Watcher {
         let latent: Vec<f32> =
             state.iter().zip(scales).map(|(z, (deviation, mean))| z * deviation + mean).collect();
         let pixels = self.hsvae.decode(&self.parameters.values, &latent);
-        let shades: Vec<u8> = pixels.iter().map(|pixel| (255.0 * pixel).round() as u8).collect();
+        let shade = |pixel: &f32| (255.0 * BRIGHTER * pixel).round().min(255.0) as u8;
+        let shades: Vec<u8> = pixels.iter().map(shade).collect();
         Panel::of_shades(&shades)
     }
 

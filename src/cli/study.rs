@@ -33,6 +33,7 @@ faults every trial flies on a chip of its own, broken anew. Biases always have 8
 
 pub(super) fn run(args: &StudyArgs) -> Result<Verdict, Failure> {
     let study = Study::prepare(args)?;
+    study.check_that_one_compiles()?;
     let known = study.read_state()?;
     say(header(Some(args.seed), &[]))?;
     study.say_settings()?;
@@ -129,6 +130,19 @@ impl<'a> Study<'a> {
             }
         }
         variants
+    }
+
+    /// Errs for a network that goes onto none of the chips, with the reason of the first: there is
+    /// nothing to study.
+    fn check_that_one_compiles(&self) -> Result<(), Failure> {
+        let mut first = None;
+        for variant in self.variants() {
+            match variant.undamaged().compile(&self.network) {
+                Ok(_) => return Ok(()),
+                Err(why) => first = first.or(Some(why)),
+            }
+        }
+        first.map_or(Ok(()), |why| Err(why.into()))
     }
 
     /// Flies what `state` does not have, and gives the whole study.

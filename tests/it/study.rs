@@ -154,6 +154,8 @@ fn studies_without_sense_are_refused_before_they_begin() {
         ("study laser-only --threads 0", "0 is not in 1..=256"),
         ("study laser-only --state out.json", "is an input or another output as well"),
         ("study laser-only --plot no/out.svg", "cannot write: "),
+        ("study compare/bdett --axis bits --trials 1", "dynamic thresholds (BDETT)"),
+        ("study compare/avae --trials 1", "65536 artificial neurons"),
     ];
     for (line, part) in cases {
         let ran = refused(&folder, &format!("{line} --json out.json"), &[part]);

@@ -36,6 +36,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/avae-2", include_bytes!("weights/compare/avae-2.safetensors")),
     ("compare/fsvae", include_bytes!("weights/compare/fsvae.safetensors")),
     ("compare/fsvae-2", include_bytes!("weights/compare/fsvae-2.safetensors")),
+    ("compare/fsvae-3", include_bytes!("weights/compare/fsvae-3.safetensors")),
     ("compare/naive", include_bytes!("weights/compare/naive.safetensors")),
     ("compare/naive-2", include_bytes!("weights/compare/naive-2.safetensors")),
     ("compare/naive-3", include_bytes!("weights/compare/naive-3.safetensors")),

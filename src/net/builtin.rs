@@ -34,6 +34,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/e2e", include_bytes!("weights/compare/e2e.safetensors")),
     ("compare/avae", include_bytes!("weights/compare/avae.safetensors")),
     ("compare/avae-2", include_bytes!("weights/compare/avae-2.safetensors")),
+    ("compare/avae-3", include_bytes!("weights/compare/avae-3.safetensors")),
     ("compare/fsvae", include_bytes!("weights/compare/fsvae.safetensors")),
     ("compare/fsvae-2", include_bytes!("weights/compare/fsvae-2.safetensors")),
     ("compare/fsvae-3", include_bytes!("weights/compare/fsvae-3.safetensors")),

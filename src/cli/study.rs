@@ -33,11 +33,11 @@ faults every trial flies on a chip of its own, broken anew. Biases always have 8
 
 pub(super) fn run(args: &StudyArgs) -> Result<Verdict, Failure> {
     let study = Study::prepare(args)?;
-    study.check_that_one_compiles()?;
+    let compiled = study.first_that_compiles()?;
     let known = study.read_state()?;
     say(header(Some(args.seed), &[]))?;
     study.say_settings()?;
-    let table = study.fly_all(known)?;
+    let table = study.fly_all(known, compiled)?;
     say(study_text(&table))?;
     say(NOTE)?;
     if let Some(path) = &args.json {
@@ -132,21 +132,27 @@ impl<'a> Study<'a> {
         variants
     }
 
-    /// Errs for a network that goes onto none of the chips, with the reason of the first: there is
-    /// nothing to study.
-    fn check_that_one_compiles(&self) -> Result<(), Failure> {
+    /// The first variant's chip that the network goes onto.
+    ///
+    /// Errors: there is none, and so nothing to study, with the reason of the first.
+    fn first_that_compiles(&self) -> Result<Compiled, Failure> {
         let mut first = None;
         for variant in self.variants() {
-            match variant.undamaged().compile(&self.network) {
-                Ok(_) => return Ok(()),
+            let whole = variant.undamaged();
+            match whole.compile(&self.network) {
+                Ok(deployment) => return Ok(Some((whole, Ok(deployment)))),
                 Err(why) => first = first.or(Some(why)),
             }
         }
-        first.map_or(Ok(()), |why| Err(why.into()))
+        first.map_or(Ok(None), |why| Err(why.into()))
     }
 
     /// Flies what `state` does not have, and gives the whole study.
-    fn fly_all(&self, mut state: StudyTable) -> Result<StudyTable, Failure> {
+    fn fly_all(
+        &self,
+        mut state: StudyTable,
+        mut compiled: Compiled,
+    ) -> Result<StudyTable, Failure> {
         let variants = self.variants();
         let open: Vec<&Variant> =
             variants.iter().copied().filter(|variant| state.find(variant).is_none()).collect();
@@ -160,7 +166,6 @@ impl<'a> Study<'a> {
             state.float = Some(self.fly(&self.float, "float network", &bar)?);
             self.save(&state)?;
         }
-        let mut compiled = None;
         for variant in open {
             let result = self.fly_variant(variant, &mut compiled, &bar)?;
             state.points.push(Point { variant: variant.clone(), result });

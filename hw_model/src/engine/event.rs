@@ -236,7 +236,7 @@ impl Work<'_> {
         for (source, first_unit) in fans.sources() {
             self.fan.push(fans, first_unit, before.of(source));
         }
-        self.fan.settle(fans);
+        self.fan.settle();
     }
 
     /// The same where messages may be lost, and cores dead, held or deaf.

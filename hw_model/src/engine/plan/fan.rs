@@ -9,7 +9,7 @@ mod bins;
 use super::links::FanEdge;
 use super::rows::{Layout, ListIs};
 use crate::core_map::CoreMap;
-use bins::{AT_ONCE, BATCH, Bins};
+use bins::{AT_ONCE, BATCH, Bins, Places};
 
 /// Marks the first synapse of an axon in [`Synapses`].
 const FIRST: u32 = 1 << 31;
@@ -114,6 +114,12 @@ impl Synapses {
 fn unpacked(word: u32, place_bits: u32) -> (u32, i32) {
     let weight = ((word << 1) as i32) >> (place_bits + 1);
     (word & (FIRST | ((1 << place_bits) - 1)), weight)
+}
+
+/// Place of a target among the sums of a thread, the first of which has the place `first`.
+#[inline(always)]
+fn place(target: u32, first: usize) -> usize {
+    (target & !FIRST) as usize - first
 }
 
 /// The part of [`Fans`] that reaches the cores of one thread, and its sums.
@@ -234,11 +240,9 @@ impl Fans {
         let sums = n_cores << self.stride_bits;
         let bins = match &self.synapses {
             Synapses::Packed { words, place_bits } => {
-                let place = |word| {
-                    let (target, _) = unpacked(word, *place_bits);
-                    (target & !FIRST) as usize - (first << self.stride_bits)
-                };
-                Bins::new(words, &ranges, (sums, self.stride_bits), place)
+                let (place_bits, stride_bits) = (*place_bits, self.stride_bits);
+                let layout = Places { place_bits, first: first << stride_bits, stride_bits };
+                Bins::new(words, &ranges, n_cores, layout)
             }
             Synapses::Apart { .. } => None,
         };
@@ -319,7 +323,7 @@ impl Fan {
                         bins.put(*unit, &words[*start..]);
                     }
                     if bins.are_full() {
-                        self.settle(fans);
+                        self.settle();
                     }
                 }
                 _ => {
@@ -336,12 +340,9 @@ impl Fan {
 
     /// Adds up what is on the way.
     #[inline(always)]
-    pub(in crate::engine) fn settle(&mut self, fans: &Fans) {
-        if let (Synapses::Packed { place_bits, .. }, Some(bins)) = (&fans.synapses, &mut self.bins)
-        {
-            let first_place = self.first << fans.stride_bits;
-            let bits = (*place_bits, first_place, fans.stride_bits);
-            bins.empty(bits, &mut self.sums, &mut self.counts);
+    pub(in crate::engine) fn settle(&mut self) {
+        if let Some(bins) = &mut self.bins {
+            bins.empty(&mut self.sums, &mut self.counts);
         }
     }
 
@@ -364,7 +365,7 @@ impl Fan {
 
     #[inline(always)]
     fn add(&mut self, fans: &Fans, target: u32, weight: i32) {
-        let sum = (target & !FIRST) as usize - (self.first << fans.stride_bits);
+        let sum = place(target, self.first << fans.stride_bits);
         self.sums[sum] += weight;
         self.counts[sum >> fans.stride_bits] += 1 + (u64::from(target >> 31) << 32);
     }
@@ -380,8 +381,7 @@ impl Fan {
         let mut taken = false;
         for index in start as usize..end as usize {
             let (target, weight) = fans.synapses.get(index);
-            let place = (target & !FIRST) as usize - (self.first << fans.stride_bits);
-            let of_thread = place >> fans.stride_bits;
+            let of_thread = place(target, self.first << fans.stride_bits) >> fans.stride_bits;
             if target & FIRST != 0 {
                 let core = usize::from(fans.cores[self.first + of_thread]);
                 taken = takes(PushedAxon { source, unit, core, axon: fans.axons[index] });

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::{FIRST, unpacked};
+use super::{place, unpacked};
 
 /// Cores of a bin, as a power of two: their sums take a quarter to a half of the nearest cache.
 const CORES_BITS: u32 = 2;
@@ -20,15 +20,27 @@ pub(super) const AT_ONCE: usize = 8;
 const RUN_MAX: usize = u8::MAX as usize;
 /// Spikes that come between two looks at how full the bins are.
 pub(super) const BATCH: usize = 32;
+/// Bins below which the sums fit into the nearest cache as they are.
+const N_MIN: usize = 4;
 /// Synapses of a spike and bin, on average, below which binning takes longer than it saves.
 const RUN_MEAN_MIN: usize = 2;
+
+/// Where the sums of a thread are, by what packed synapses say.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Places {
+    /// Lowest bits of a word, which are its place.
+    pub(super) place_bits: u32,
+    /// Place of the thread's first sum.
+    pub(super) first: usize,
+    /// Sums of each core, as a power of two.
+    pub(super) stride_bits: u32,
+}
 
 /// Bins of a thread's cores.
 #[derive(Debug, Clone)]
 pub(super) struct Bins {
     n: usize,
-    /// A place, less those before the thread's, shifted by this is the number of its bin.
-    shift: u32,
+    layout: Places,
     /// How many of a unit's synapses go to each bin, [units, bins].
     runs: Arc<[u8]>,
     /// [bins, `CAPACITY`].
@@ -43,32 +55,31 @@ const CAPACITY: usize = FULL + BATCH * RUN_MAX + AT_ONCE;
 const _: () = assert!(CAPACITY < 1 << COUNT_BITS, "counts must not run into each other");
 
 impl Bins {
-    /// For the synapses of each unit in `ranges` of `words`; `None` where the sums fit into the
-    /// nearest cache as they are, or runs are too short or too long.
-    ///
-    /// `place` gives a word's place among the thread's sums, of which there are `sums`, 1 shifted
-    /// by `stride_bits` in each core.
+    /// For the synapses of each unit in `ranges` of `words` and a thread of `n_cores`; `None` where
+    /// there are few cores, or runs are too short or too long.
     pub(super) fn new(
         words: &[u32],
         ranges: &[(u32, u32)],
-        (sums, stride_bits): (usize, u32),
-        place: impl Fn(u32) -> usize,
+        n_cores: usize,
+        layout: Places,
     ) -> Option<Self> {
-        let shift = stride_bits + CORES_BITS;
-        let n = sums.div_ceil(1 << shift);
+        let shift = layout.stride_bits + CORES_BITS;
+        let n = n_cores.div_ceil(1 << CORES_BITS);
         let len = |(start, end): &(u32, u32)| (end - start) as usize;
         let units = ranges.iter().filter(|range| len(range) > 0).count();
-        if n < 4 || ranges.iter().map(len).sum::<usize>() < RUN_MEAN_MIN * n * units {
+        if n < N_MIN || ranges.iter().map(len).sum::<usize>() < RUN_MEAN_MIN * n * units {
             return None;
         }
         let mut runs = vec![0u8; ranges.len() * n];
         for ((start, end), runs) in ranges.iter().zip(runs.chunks_exact_mut(n)) {
             for word in &words[*start as usize..*end as usize] {
-                let run = &mut runs[place(*word) >> shift];
+                let (target, _) = unpacked(*word, layout.place_bits);
+                let run = &mut runs[place(target, layout.first) >> shift];
                 *run = run.checked_add(1)?;
             }
         }
-        Some(Self { n, shift, runs: runs.into(), words: vec![0; n * CAPACITY], filled: vec![0; n] })
+        let (runs, words) = (runs.into(), vec![0; n * CAPACITY]);
+        Some(Self { n, layout, runs, words, filled: vec![0; n] })
     }
 
     /// Reads a value of each cache line of what [`Bins::put`] needs to know of `unit`.
@@ -103,21 +114,17 @@ impl Bins {
 
     /// Adds up what is in the bins, to `sums` and `counts` of a thread's cores.
     #[inline(always)]
-    pub(super) fn empty(
-        &mut self,
-        (place_bits, first_place, stride_bits): (u32, usize, u32),
-        sums: &mut [i32],
-        counts: &mut [u64],
-    ) {
-        let within_bin = (1 << self.shift) - 1;
+    pub(super) fn empty(&mut self, sums: &mut [i32], counts: &mut [u64]) {
+        let Places { place_bits, first, stride_bits } = self.layout;
+        let shift = stride_bits + CORES_BITS;
         let bins = self.words.chunks_exact(CAPACITY).zip(&mut self.filled);
-        let cores = sums.chunks_mut(1 << self.shift).zip(counts.chunks_mut(1 << CORES_BITS));
+        let cores = sums.chunks_mut(1 << shift).zip(counts.chunks_mut(1 << CORES_BITS));
         for ((bin, filled), (sums, counts)) in bins.zip(cores) {
             // Synapses and axons of each core of the bin, side by side in one number.
             let (mut synapses, mut axons) = (0u64, 0u64);
             for word in &bin[..std::mem::take(filled)] {
                 let (target, weight) = unpacked(*word, place_bits);
-                let place = ((target & !FIRST) as usize).wrapping_sub(first_place) & within_bin;
+                let place = place(target, first) & ((1 << shift) - 1);
                 sums[place] += weight;
                 let core = COUNT_BITS * (place >> stride_bits) as u32;
                 synapses += 1 << core;

@@ -91,6 +91,30 @@ impl SendCost {
         self.east_west += cost.east_west * times;
         self.north_south += cost.north_south * times;
     }
+
+    /// The same in 16 bits each, if they are enough.
+    fn narrow(&self) -> Option<[u16; 4]> {
+        let all = [self.messages, self.within_tile, self.east_west, self.north_south];
+        let narrow = all.map(|n| n as u16);
+        (narrow.map(u32::from) == all).then_some(narrow)
+    }
+}
+
+impl From<[u32; 4]> for SendCost {
+    fn from([messages, within_tile, east_west, north_south]: [u32; 4]) -> Self {
+        Self { messages, within_tile, east_west, north_south }
+    }
+}
+
+/// `work` on the cost of each spike in `words`.
+#[inline(always)]
+fn each<C: Copy>(words: impl Iterator<Item = u64>, costs: &[C], mut work: impl FnMut(C)) {
+    for (mut word, costs) in words.zip(costs.chunks(BLOCK)) {
+        while word != 0 {
+            work(costs[word.trailing_zeros() as usize]);
+            word &= word - 1;
+        }
+    }
 }
 
 /// What spikes of a core's compartments cost to send.
@@ -98,8 +122,10 @@ impl SendCost {
 pub(super) enum Sends {
     /// Each different cost, with a bit for every compartment that has it.
     Few(Vec<(SendCost, Vec<u64>)>),
-    /// The cost of each compartment.
-    Many(Vec<SendCost>),
+    /// The cost of each compartment, in half the memory: most are fetched from afar.
+    Narrow(Vec<[u16; 4]>),
+    /// The cost of each compartment, where some are too large for that.
+    Wide(Vec<SendCost>),
 }
 
 /// Most different costs for which going through all of them is faster than through the spikes.
@@ -111,7 +137,8 @@ impl Sends {
         costs.sort_unstable();
         costs.dedup();
         if costs.len() > FEW {
-            return Self::Many(of_each);
+            let narrow: Option<_> = of_each.iter().map(|cost| cost.narrow()).collect();
+            return narrow.map_or(Self::Wide(of_each), Self::Narrow);
         }
         let with_bits = |cost: SendCost| {
             let bits = |of_word: &[SendCost]| {
@@ -139,14 +166,10 @@ impl Sends {
                     total.add(*cost, times);
                 }
             }
-            Self::Many(costs) => {
-                for (mut word, costs) in words.zip(costs.chunks(BLOCK)) {
-                    while word != 0 {
-                        total.add(costs[word.trailing_zeros() as usize], 1);
-                        word &= word - 1;
-                    }
-                }
+            Self::Narrow(costs) => {
+                each(words, costs, |cost| total.add(SendCost::from(cost.map(u32::from)), 1));
             }
+            Self::Wide(costs) => each(words, costs, |cost| total.add(cost, 1)),
         }
         total
     }
@@ -158,7 +181,8 @@ impl Sends {
                     |(_, bits): &(SendCost, Vec<u64>)| size_of::<SendCost>() + 8 * bits.len();
                 costs.iter().map(bytes).sum()
             }
-            Self::Many(costs) => size_of_val(&costs[..]),
+            Self::Narrow(costs) => size_of_val(&costs[..]),
+            Self::Wide(costs) => size_of_val(&costs[..]),
         }
     }
 }

@@ -35,3 +35,27 @@ fn there_are_never_more_threads_than_cores_and_always_one() {
         assert!(shares.iter().all(|len| *len > 0), "{shares:?}");
     }
 }
+
+#[test]
+fn what_spikes_cost_to_send_does_not_depend_on_how_it_is_kept() {
+    let words = [0x8000_0000_0000_0001u64, 0, 0b11];
+    let of_each = |different: u32, largest: u32| -> Vec<SendCost> {
+        let cost = |i: u32| SendCost::from([i % different, 1, largest, 2 * (i % different)]);
+        (0..130).map(cost).collect()
+    };
+    for (different, largest) in [(3, 5), (100, 65_535), (100, 65_536)] {
+        let costs = of_each(different, largest);
+        let sends = Sends::new(costs.clone());
+        match (&sends, different, largest) {
+            (Sends::Few(_), 3, _) | (Sends::Narrow(_), _, 65_535) | (Sends::Wide(_), _, 65_536) => {
+                ()
+            }
+            _ => panic!("{different} costs up to {largest} are kept as {sends:?}"),
+        }
+        let mut sum = SendCost::default();
+        for spike in [0, 63, 128, 129] {
+            sum.add(costs[spike], 1);
+        }
+        assert_eq!(sends.cost(words.into_iter()), sum, "{different} costs up to {largest}");
+    }
+}

@@ -285,6 +285,14 @@ fn many_scattered_synapses_in_one_step_agree_with_the_dense_engine() {
     check_scattered(&scattered).unwrap();
 }
 
+/// Two threads have 15 cores each, so that the second begins within a bin.
+#[test]
+fn scattered_synapses_of_threads_that_share_a_bin_agree_with_the_dense_engine() {
+    let scattered =
+        Scattered { cores: 30, compartments: 3, lines: 300, senders: 40, fan_out: 60, seed: 6 };
+    check_scattered(&scattered).unwrap();
+}
+
 /// One compartment with an input axon for each of `weights`, all of which spike at once.
 fn summed(sign_mode: SignMode, weights: impl IntoIterator<Item = i16>) -> [Vec<String>; 2] {
     let mut core = core_of(1, false);

@@ -9,9 +9,9 @@ mod bins;
 use super::links::FanEdge;
 use super::rows::{Layout, ListIs};
 use crate::core_map::CoreMap;
-use bins::{AT_ONCE, BATCH, Bins, Places};
+use bins::{AT_ONCE, BATCH, Bins, CORES, Places};
 
-/// Marks the first synapse of an axon in [`Synapses`].
+/// Marks the first synapse of an axon in targets.
 const FIRST: u32 = 1 << 31;
 
 /// Bytes that memory gives at once.
@@ -37,8 +37,8 @@ pub(in crate::engine) struct Fans {
 /// Places of sums, with [`FIRST`], and weights in units of 64.
 #[derive(Debug)]
 enum Synapses {
-    /// One word each, where that holds all of them: below [`FIRST`] the weight, and in the lowest
-    /// `place_bits` the place.
+    /// One word each, where that holds all of them: in the lowest `place_bits` the place, then a
+    /// bit for the first synapse of an axon, then the weight.
     Packed {
         /// With [`AT_ONCE`] more at the end.
         words: Vec<u32>,
@@ -67,8 +67,8 @@ impl Synapses {
             return Self::Apart { targets, weights };
         }
         let word = |(target, weight): (u32, i16)| {
-            let weight = ((i32::from(weight) as u32) << place_bits) & !FIRST;
-            (target & FIRST) | weight | (target & !FIRST)
+            let weight = (i32::from(weight) as u32) << (place_bits + 1);
+            weight | (target >> 31) << place_bits | (target & !FIRST)
         };
         let after = std::iter::repeat_n(0, AT_ONCE);
         let words = targets.into_iter().zip(weights).map(word).chain(after).collect();
@@ -112,20 +112,31 @@ impl Synapses {
 /// Place with [`FIRST`], and weight of a packed synapse.
 #[inline(always)]
 fn unpacked(word: u32, place_bits: u32) -> (u32, i32) {
-    let weight = ((word << 1) as i32) >> (place_bits + 1);
-    (word & (FIRST | ((1 << place_bits) - 1)), weight)
+    (first(word, place_bits) << 31 | place(word, place_bits), weight(word, place_bits))
 }
 
-/// Place of a target among the sums of a thread, the first of which has the place `first`.
+/// Place of a packed synapse.
 #[inline(always)]
-fn place(target: u32, first: usize) -> usize {
-    (target & !FIRST) as usize - first
+fn place(word: u32, place_bits: u32) -> u32 {
+    word & ((1 << place_bits) - 1)
+}
+
+/// 1 for the first synapse of an axon, 0 for others.
+#[inline(always)]
+fn first(word: u32, place_bits: u32) -> u32 {
+    word >> place_bits & 1
+}
+
+/// Weight of a packed synapse.
+#[inline(always)]
+fn weight(word: u32, place_bits: u32) -> i32 {
+    (word as i32) >> (place_bits + 1)
 }
 
 /// The part of [`Fans`] that reaches the cores of one thread, and its sums.
 #[derive(Debug, Default)]
 pub(in crate::engine) struct Fan {
-    /// First of [`Fans::cores`].
+    /// First of [`Fans::cores`]: where a bin begins.
     first: usize,
     n_cores: usize,
     /// First and end of the synapses of each unit.
@@ -234,9 +245,12 @@ impl Fans {
             };
             (before(first), before(end))
         };
+        if first == end {
+            return Fan::default();
+        }
+        let ranges: Vec<_> = self.starts.windows(2).map(range).collect();
+        let first = first - first % CORES;
         let n_cores = end - first;
-        let ranges =
-            if n_cores == 0 { Vec::new() } else { self.starts.windows(2).map(range).collect() };
         let sums = n_cores << self.stride_bits;
         let bins = match &self.synapses {
             Synapses::Packed { words, place_bits } => {
@@ -363,9 +377,15 @@ impl Fan {
         }
     }
 
+    /// Place among the sums of the thread.
+    #[inline(always)]
+    fn sum_of(&self, fans: &Fans, target: u32) -> usize {
+        (target & !FIRST) as usize - (self.first << fans.stride_bits)
+    }
+
     #[inline(always)]
     fn add(&mut self, fans: &Fans, target: u32, weight: i32) {
-        let sum = place(target, self.first << fans.stride_bits);
+        let sum = self.sum_of(fans, target);
         self.sums[sum] += weight;
         self.counts[sum >> fans.stride_bits] += 1 + (u64::from(target >> 31) << 32);
     }
@@ -381,7 +401,7 @@ impl Fan {
         let mut taken = false;
         for index in start as usize..end as usize {
             let (target, weight) = fans.synapses.get(index);
-            let of_thread = place(target, self.first << fans.stride_bits) >> fans.stride_bits;
+            let of_thread = self.sum_of(fans, target) >> fans.stride_bits;
             if target & FIRST != 0 {
                 let core = usize::from(fans.cores[self.first + of_thread]);
                 taken = takes(PushedAxon { source, unit, core, axon: fans.axons[index] });

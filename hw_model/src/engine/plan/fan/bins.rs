@@ -6,18 +6,17 @@
 
 use std::sync::Arc;
 
-use super::{place, unpacked};
+use super::{first, place, weight};
 
 /// Cores of a bin, as a power of two: their sums take a quarter to a half of the nearest cache.
 const CORES_BITS: u32 = 2;
-/// Bits to count the synapses of a core of a bin in.
-const COUNT_BITS: u32 = u64::BITS >> CORES_BITS;
+/// Cores of a bin. The first bin of a thread may begin with cores of the thread before, whose sums
+/// stay zero: so a place says by itself where in its bin it is.
+pub(super) const CORES: usize = 1 << CORES_BITS;
 /// A bin with more synapses than this is added up.
-const FULL: usize = 2048;
+const FULL: usize = 8192;
 /// Synapses that are copied at once.
 pub(super) const AT_ONCE: usize = 8;
-/// Synapses of a source that its longest run may have, see [`Bins::runs`].
-const RUN_MAX: usize = u8::MAX as usize;
 /// Spikes that come between two looks at how full the bins are.
 pub(super) const BATCH: usize = 32;
 /// Bins below which the sums fit into the nearest cache as they are.
@@ -43,16 +42,14 @@ pub(super) struct Bins {
     layout: Places,
     /// How many of a unit's synapses go to each bin, [units, bins].
     runs: Arc<[u8]>,
-    /// [bins, `CAPACITY`].
+    /// [bins, `capacity`].
     words: Vec<u32>,
+    /// Words of a bin. It is not looked at within a batch, and what is copied at once may go beyond
+    /// a run's end.
+    capacity: usize,
     /// Synapses in each bin.
     filled: Vec<usize>,
 }
-
-/// A bin is not looked at within a batch, and what is copied at once may go beyond a run's end.
-const CAPACITY: usize = FULL + BATCH * RUN_MAX + AT_ONCE;
-
-const _: () = assert!(CAPACITY < 1 << COUNT_BITS, "counts must not run into each other");
 
 impl Bins {
     /// For the synapses of each unit in `ranges` of `words` and a thread of `n_cores`; `None` where
@@ -73,13 +70,15 @@ impl Bins {
         let mut runs = vec![0u8; ranges.len() * n];
         for ((start, end), runs) in ranges.iter().zip(runs.chunks_exact_mut(n)) {
             for word in &words[*start as usize..*end as usize] {
-                let (target, _) = unpacked(*word, layout.place_bits);
-                let run = &mut runs[place(target, layout.first) >> shift];
+                let place = place(*word, layout.place_bits) as usize - layout.first;
+                let run = &mut runs[place >> shift];
                 *run = run.checked_add(1)?;
             }
         }
-        let (runs, words) = (runs.into(), vec![0; n * CAPACITY]);
-        Some(Self { n, layout, runs, words, filled: vec![0; n] })
+        let longest = runs.iter().copied().max().map_or(0, usize::from);
+        let capacity = FULL + BATCH * longest + AT_ONCE;
+        let (runs, words) = (runs.into(), vec![0; n * capacity]);
+        Some(Self { n, layout, runs, words, capacity, filled: vec![0; n] })
     }
 
     /// Reads a value of each cache line of what [`Bins::put`] needs to know of `unit`.
@@ -94,7 +93,7 @@ impl Bins {
     #[inline(always)]
     pub(super) fn put(&mut self, unit: usize, mut words: &[u32]) {
         let runs = &self.runs[unit * self.n..][..self.n];
-        let bins = self.words.chunks_exact_mut(CAPACITY);
+        let bins = self.words.chunks_exact_mut(self.capacity);
         for ((run, bin), filled) in runs.iter().zip(bins).zip(&mut self.filled) {
             let run = usize::from(*run);
             bin[*filled..][..AT_ONCE].copy_from_slice(&words[..AT_ONCE]);
@@ -115,31 +114,68 @@ impl Bins {
     /// Adds up what is in the bins, to `sums` and `counts` of a thread's cores.
     #[inline(always)]
     pub(super) fn empty(&mut self, sums: &mut [i32], counts: &mut [u64]) {
-        let Places { place_bits, first, stride_bits } = self.layout;
-        let shift = stride_bits + CORES_BITS;
-        let bins = self.words.chunks_exact(CAPACITY).zip(&mut self.filled);
-        let cores = sums.chunks_mut(1 << shift).zip(counts.chunks_mut(1 << CORES_BITS));
+        let Places { place_bits, stride_bits, .. } = self.layout;
+        let places = (1 << (stride_bits + CORES_BITS)) - 1;
+        let bins = self.words.chunks_exact(self.capacity).zip(&mut self.filled);
+        let cores = sums.chunks_mut(places + 1).zip(counts.chunks_mut(CORES));
         for ((bin, filled), (sums, counts)) in bins.zip(cores) {
-            // Synapses and axons of each core of the bin, side by side in one number.
-            let (mut synapses, mut axons) = (0u64, 0u64);
-            for word in &bin[..std::mem::take(filled)] {
-                let (target, weight) = unpacked(*word, place_bits);
-                let place = place(target, first) & ((1 << shift) - 1);
-                sums[place] += weight;
-                let core = COUNT_BITS * (place >> stride_bits) as u32;
-                synapses += 1 << core;
-                axons += u64::from(target >> 31) << core;
-            }
-            for (core, count) in counts.iter_mut().enumerate() {
-                let of_core =
-                    |counts: u64| counts >> (COUNT_BITS * core as u32) & ((1 << COUNT_BITS) - 1);
-                *count += of_core(synapses) + (of_core(axons) << 32);
-            }
+            let words = &bin[..std::mem::take(filled)];
+            count(words, self.layout, counts);
+            add(words, sums, place_bits, places);
         }
     }
 
     /// Size in memory.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.runs[..]) + size_of_val(&self.words[..])
+    }
+}
+
+/// Adds weights to `sums`, of which `places` picks the one by the lowest bits of a word.
+///
+/// Not inlined: among all that a step does, the numbers that this loop needs do not stay in
+/// registers.
+#[inline(never)]
+fn add(words: &[u32], sums: &mut [i32], place_bits: u32, places: usize) {
+    let mut add = |word: u32| sums[word as usize & places] += weight(word, place_bits);
+    let (fours, rest) = words.as_chunks::<4>();
+    for four in fours {
+        add(four[0]);
+        add(four[1]);
+        add(four[2]);
+        add(four[3]);
+    }
+    rest.iter().for_each(|word| add(*word));
+}
+
+/// Words that are counted side by side.
+const LANES: usize = 8;
+
+/// Adds the synapses, and in the upper half the axons, of each core of a bin.
+#[inline(always)]
+fn count(words: &[u32], layout: Places, counts: &mut [u64]) {
+    let Places { place_bits, stride_bits, .. } = layout;
+    // In each lane four counts of eight bits, one for each core, that 255 words cannot overflow.
+    const { assert!(CORES * u8::BITS as usize <= u32::BITS as usize) };
+    let core = |word: u32| (word >> stride_bits) % CORES as u32 * u8::BITS;
+    for words in words.chunks(LANES * usize::from(u8::MAX)) {
+        let (mut synapses, mut axons) = ([0u32; LANES], [0u32; LANES]);
+        let (eights, rest) = words.as_chunks::<LANES>();
+        for words in eights {
+            for lane in 0..LANES {
+                synapses[lane] += 1 << core(words[lane]);
+                axons[lane] += first(words[lane], place_bits) << core(words[lane]);
+            }
+        }
+        for (lane, word) in rest.iter().enumerate() {
+            synapses[lane] += 1 << core(*word);
+            axons[lane] += first(*word, place_bits) << core(*word);
+        }
+        for (core, count) in counts.iter_mut().enumerate() {
+            let of_core = |lanes: &[u32; LANES]| {
+                lanes.iter().map(|lane| u64::from(lane.to_le_bytes()[core])).sum::<u64>()
+            };
+            *count += of_core(&synapses) + (of_core(&axons) << 32);
+        }
     }
 }

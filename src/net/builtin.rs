@@ -56,6 +56,12 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/laser-only-3", include_bytes!("weights/compare/laser_only-3.safetensors")),
 ];
 
+/// Names that are suggested for one that does not exist, at most.
+const SUGGESTIONS: usize = 3;
+
+/// From this likeness on, of 0 to 1, one name may be meant by another.
+const LIKE: f64 = 0.6;
+
 /// How the file name of an EEM-SAN ends.
 const WEIGHTS_EXTENSION: &str = "safetensors";
 
@@ -88,9 +94,9 @@ pub fn open(name: &str, weights: Option<&Path>) -> Result<Controller, NetError> 
         return Ok(Controller::EemSan(Box::new(network)));
     }
     match read(name, weights) {
-        Err(NetError::Unknown { name, known }) => {
-            let trained = trained_names().collect::<Vec<_>>().join(", ");
-            Err(NetError::Unknown { name, known: format!("{known}, {trained}") })
+        Err(NetError::Unknown { name, .. }) => {
+            let known = suggestions(&name, NAMES.into_iter().chain(trained_names()));
+            Err(NetError::Unknown { name, known })
         }
         read => read.map(Controller::Described),
     }
@@ -116,7 +122,23 @@ pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
         ("san", None) => Err(NetError::NoWeights { file: "san".to_owned() }),
         _ if is_eem_san(name) => Err(NetError::EemSan { name: name.to_owned() }),
         _ if path.exists() || path.extension().is_some() => description::read(path, weights),
-        _ => Err(NetError::Unknown { name: name.to_owned(), known: NAMES.join(", ") }),
+        _ => Err(NetError::Unknown { name: name.to_owned(), known: suggestions(name, NAMES) }),
+    }
+}
+
+/// The few names that are much like `name`, best first; where none is, all of them.
+fn suggestions(name: &str, known: impl IntoIterator<Item = &'static str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let mut near: Vec<(f64, &str)> = known
+        .iter()
+        .map(|there| (strsim::normalized_damerau_levenshtein(name, there), *there))
+        .filter(|(likeness, _)| *likeness >= LIKE)
+        .collect();
+    near.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let near: Vec<&str> = near.iter().take(SUGGESTIONS).map(|(_, there)| *there).collect();
+    match near.is_empty() {
+        true => format!("there is: {}", known.join(", ")),
+        false => format!("did you mean {}?", near.join(" or ")),
     }
 }
 

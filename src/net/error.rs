@@ -56,11 +56,11 @@ pub enum NetError {
         weights: String,
     },
     /// No built-in network has this name.
-    #[error("{name}: neither a file nor a built-in network (there is: {known})")]
+    #[error("{name}: neither a file nor a built-in network ({known})")]
     Unknown {
         /// The name asked for.
         name: String,
-        /// The names there are.
+        /// The names that may be meant, or all there are.
         known: String,
     },
     /// The description names no weights file and none was given.

@@ -344,6 +344,11 @@ fn unknown_names_list_the_known_ones() {
         ("compile san -o out.map", "san: names no weights file; give one with --weights FILE"),
         ("compile reflex --weights w -o out.map", "takes no weights; leave --weights out"),
         ("drive nobody --json out.json", "nobody: neither a file nor a built-in network"),
+        (
+            "drive laser_only",
+            "laser_only: neither a file nor a built-in network (did you mean laser-only",
+        ),
+        ("drive compare/eem_san", "(did you mean compare/eem-san or compare/eem-san-"),
         ("drive straight --weights w --json out.json", "w: weights are for networks"),
         ("drive reflex --arena garden", "built-in arenas are courtyard, courtyard-moving"),
         ("completions tcsh", "invalid value 'tcsh'"),

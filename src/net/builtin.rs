@@ -32,6 +32,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/bdett-2", include_bytes!("weights/compare/bdett-2.safetensors")),
     ("compare/bdett-3", include_bytes!("weights/compare/bdett-3.safetensors")),
     ("compare/e2e", include_bytes!("weights/compare/e2e.safetensors")),
+    ("compare/e2e-2", include_bytes!("weights/compare/e2e-2.safetensors")),
     ("compare/avae", include_bytes!("weights/compare/avae.safetensors")),
     ("compare/avae-2", include_bytes!("weights/compare/avae-2.safetensors")),
     ("compare/avae-3", include_bytes!("weights/compare/avae-3.safetensors")),

@@ -230,7 +230,11 @@ fn networks_that_ship_for_comparison_are_what_their_names_say() {
 fn networks_that_ship_with_other_thresholds_have_them() {
     let (mut fixed, mut learned) = (0, 0);
     for name in builtin::trained_names() {
-        let start = |kind: &str| Some(f64::from(name.strip_prefix(kind)?.parse::<f32>().unwrap()));
+        // What follows the number is the seed.
+        let start = |kind: &str| {
+            let number = name.strip_prefix(kind)?.split('-').next()?;
+            Some(f64::from(number.parse::<f32>().unwrap()))
+        };
         let Ok(Controller::EemSan(network)) = builtin::open(name, None) else { panic!("{name}") };
         if let Some(start) = start("compare/fixed-") {
             assert!(network.dense_layers().all(|layer| layer.threshold == start), "{name}");

@@ -50,6 +50,7 @@ const TRAINED: &[(&str, &[u8])] = &[
     ("compare/learned-0.3", include_bytes!("weights/compare/learned-0.3.safetensors")),
     ("compare/fixed-0.5", include_bytes!("weights/compare/fixed-0.5.safetensors")),
     ("compare/fixed-0.5-2", include_bytes!("weights/compare/fixed-0.5-2.safetensors")),
+    ("compare/fixed-0.5-3", include_bytes!("weights/compare/fixed-0.5-3.safetensors")),
     ("compare/fixed-0.7", include_bytes!("weights/compare/fixed-0.7.safetensors")),
     ("compare/learned-0.7", include_bytes!("weights/compare/learned-0.7.safetensors")),
     ("compare/fixed-0.9", include_bytes!("weights/compare/fixed-0.9.safetensors")),

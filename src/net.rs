@@ -23,12 +23,23 @@ pub use error::NetError;
 pub use network::{Layer, Network};
 pub use tensors::CHECKPOINT;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::files;
 
 /// First bytes of a core map file, to tell one from a network.
 pub const MAP_LABEL: [u8; 8] = *b"SPIKELP\0";
+
+/// The weights file that is read with a network's file when no other is given: that which a
+/// description names, or the npz file beside an integer network. `None` for what has none.
+pub fn weights_beside(network: &Path) -> Option<PathBuf> {
+    match network.extension() {
+        Some(extension) if extension == "json" => Some(network.with_extension("npz")),
+        Some(extension) if extension == "safetensors" => None,
+        _ if network.is_file() => description::named_weights(network),
+        _ => None,
+    }
+}
 
 /// The text of a network file.
 fn text_of(path: &Path) -> Result<String, NetError> {

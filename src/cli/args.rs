@@ -169,9 +169,9 @@ pub(super) enum TrainVerb {
         /// Weights of the auto-encoder, as `train hsvae` writes them, or of an EEM-SAN for its encoder
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,
-        /// Built-in configuration
-        #[arg(long, value_enum, default_value_t = RecipeArg::First)]
-        recipe: RecipeArg,
+        /// Built-in configuration [default: first]
+        #[arg(long, value_enum)]
+        recipe: Option<RecipeArg>,
         /// Begin with the actor of this weights file in place of a fresh one
         #[arg(long, value_name = "FILE")]
         from: Option<PathBuf>,

@@ -47,8 +47,9 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
     let watcher = args.encoder.as_deref().map(Watcher::read).transpose()?;
     let pairs =
         generate_pairs(&world, TRIALS_MAX, PairRules::default(), Streams::new(args.seed, 0))?;
-    let inputs = [args.weights.as_deref(), args.encoder.as_deref(), Some(Path::new(&args.driver))];
-    check_outputs(args.events.iter().chain(&args.json), inputs.into_iter().flatten())?;
+    let inputs = [Path::new(&args.driver), Path::new(&args.arena)].into_iter();
+    let inputs = inputs.chain(args.weights.as_deref()).chain(args.encoder.as_deref());
+    check_outputs(args.events.iter().chain(&args.json), inputs)?;
     say(header(Some(args.seed), &[]))?;
     if let Some(folder) = &args.frames {
         std::fs::create_dir_all(folder)
@@ -110,6 +111,14 @@ fn camera_config(args: &CameraArgs) -> CameraConfig {
 /// What drives, and whether it takes event frames.
 fn policy(args: &CameraArgs) -> Result<(Box<dyn Policy>, bool), Failure> {
     if args.driver == STRAIGHT {
+        if let Some(weights) = &args.weights {
+            return Err(format!(
+                "{}: weights are for networks with a description, not for {STRAIGHT}; leave \
+                 --weights out",
+                weights.display()
+            )
+            .into());
+        }
         return Ok((Box::new(StraightToGoal), false));
     }
     Ok(match builtin::open(&args.driver, args.weights.as_deref())? {

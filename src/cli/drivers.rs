@@ -83,7 +83,7 @@ fn network_driver(
 }
 
 /// The name without what says that it is to be compiled.
-fn network_of(name: &str) -> &str {
+pub(super) fn network_of(name: &str) -> &str {
     name.strip_prefix(ON_CHIP).unwrap_or(name)
 }
 

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use clap::CommandFactory;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use spikeloop::files;
+use spikeloop::{files, net};
 
+use crate::cli::drivers::network_of;
 use crate::cli::{Args, Failure};
 
 /// Revision of the source that this binary was built from.
@@ -47,7 +48,7 @@ pub(super) fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), Failure> {
-    let mut taken: Vec<PathBuf> = inputs.into_iter().map(Path::to_path_buf).collect();
+    let mut taken: Vec<PathBuf> = inputs.into_iter().flat_map(read_with).collect();
     for output in outputs {
         if taken.iter().any(|path| same_file(path, output)) {
             return Err(format!(
@@ -62,12 +63,28 @@ pub(super) fn check_outputs<'a>(
     Ok(())
 }
 
-/// Whether two paths lead to one regular file, or are equal and lead nowhere yet.
+/// An input and what is read with it; of a network to be compiled, the network.
+fn read_with(input: &Path) -> Vec<PathBuf> {
+    let input = input.to_str().map_or(input, |name| Path::new(network_of(name)));
+    [input.to_path_buf()].into_iter().chain(net::weights_beside(input)).collect()
+}
+
+/// Whether two paths lead to one regular file, or to one place where nothing is yet.
 fn same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b && a.is_file(),
-        (Err(_), Err(_)) => a == b,
+        (Err(_), Err(_)) => place(a) == place(b),
         _ => false,
+    }
+}
+
+/// Where a file that does not exist would be.
+fn place(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+    match (folder, path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_path_buf(),
     }
 }
 

@@ -13,7 +13,7 @@ use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, S
 
 use crate::cli::args::{KindArg, RecipeArg, TrainArgs, TrainVerb};
 use crate::cli::drive::all_threads;
-use crate::cli::output::{header, progress, say};
+use crate::cli::output::{check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
 const HSVAE_CONFIG: &str = include_str!("../train/configs/hsvae.toml");
@@ -32,6 +32,12 @@ const PLAIN_CONFIG: &str = include_str!("../train/configs/plain.toml");
 
 /// Weights of the actor that did best in the flights of the selection.
 const BEST: &str = "best.safetensors";
+
+/// What a run goes on from.
+const CHECKPOINT_FILE: &str = "checkpoint.safetensors";
+
+/// Losses and success, round by round.
+const CURVES: &str = "curves.svg";
 
 /// Control ticks of each world in a measurement of the auto-encoder.
 const MEASURE_TICKS: u64 = 60;
@@ -63,6 +69,13 @@ impl Folder {
         Ok(Self { path: path.to_path_buf(), digest })
     }
 
+    /// Errs when the run would write over one of the files that it reads; `weights` is the name of
+    /// what it makes.
+    fn check_inputs(&self, weights: &str, files: [Option<&Path>; 3]) -> Result<(), Failure> {
+        let made = [weights, CHECKPOINT_FILE, CURVES, BEST].map(|name| self.file(name));
+        check_outputs(&made, files.into_iter().flatten())
+    }
+
     fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
@@ -76,7 +89,7 @@ impl Folder {
         &self,
         read: impl FnOnce(&StateReader) -> Result<(), spikeloop::nn::StateError>,
     ) -> Result<bool, Failure> {
-        let path = self.file("checkpoint.safetensors");
+        let path = self.file(CHECKPOINT_FILE);
         if !path.exists() {
             return Ok(false);
         }
@@ -100,7 +113,15 @@ impl Folder {
         let mut state = StateWriter::default();
         state.count(CHECKPOINT, self.digest);
         write(&mut state);
-        self.write("checkpoint.safetensors", &state.bytes())
+        if let Some((tensor, element, value)) = state.not_finite() {
+            return Err(format!(
+                "{}: the training has diverged: tensor {tensor}: element {element} is {value}; the \
+                 files of the last good round are left; take smaller learning rates and another --out",
+                self.path.display()
+            )
+            .into());
+        }
+        self.write(CHECKPOINT_FILE, &state.bytes())
     }
 }
 
@@ -134,6 +155,8 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
         config = config.quick();
     }
     let folder = Folder::open(&args.out, &[format!("{config:?}").as_bytes()])?;
+    let weights = &format!("{}.safetensors", config.kind.name());
+    folder.check_inputs(weights, [args.config.as_deref(), None, None])?;
     let mut training = HsvaeTraining::new(&config, args.threads.unwrap_or_else(all_threads))?;
     say(header(Some(config.seed), &[]))?;
     if folder.resume(|state| training.read(state))? {
@@ -164,7 +187,6 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
     bar.finish_and_clear();
     folder.checkpoint(|state| training.write(state))?;
     let report = training.measure(MEASURE_TICKS);
-    let weights = &format!("{}.safetensors", config.kind.name());
     folder.write(weights, &training.weights())?;
     let column =
         |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
@@ -173,7 +195,7 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
         Curve { label: "divergence, weighted", values: column(1) },
         Curve { label: "rate term, weighted", values: column(2) },
     ];
-    folder.write("curves.svg", curves("auto-encoder", "round", &drawn).as_bytes())?;
+    folder.write(CURVES, curves("auto-encoder", "round", &drawn).as_bytes())?;
     say(format_args!(
         "{} updates. Mean squared error per pixel on {} ticks of new flights:",
         training.updates(),
@@ -219,11 +241,19 @@ fn built_in(recipe: RecipeArg) -> (&'static str, &'static str) {
 
 fn actor(
     args: &TrainArgs,
-    recipe: RecipeArg,
+    recipe: Option<RecipeArg>,
     (variant, threshold): (Option<&str>, Option<f64>),
     [encoder, from]: [Option<&Path>; 2],
 ) -> Result<Verdict, Failure> {
-    let (built_in, name) = built_in(recipe);
+    let files = [args.config.as_deref(), encoder, from];
+    if let (Some(config), Some(_)) = (&args.config, recipe) {
+        return Err(format!(
+            "{}: --recipe chooses a built-in configuration; leave one of them out",
+            config.display()
+        )
+        .into());
+    }
+    let (built_in, name) = built_in(recipe.unwrap_or(RecipeArg::First));
     let (file, text) = config_text(args, built_in, name)?;
     let mut config = ActorConfig::from_toml(&file, &text)?;
     config.seed = args.seed.unwrap_or(config.seed);
@@ -253,13 +283,14 @@ fn actor(
         training.begin_with(&weights)?;
     }
     let folder = Folder::open(&args.out, &inputs)?;
+    let variant = config.variant(encoder.is_some())?;
+    let weights = &format!("{}.safetensors", variant.name.replace('-', "_"));
+    folder.check_inputs(weights, files)?;
     say(header(Some(config.seed), &[]))?;
     if folder.resume(|state| training.read(state))? {
         say(format_args!("resumed after round {} of {}", training.round(), training.rounds()))?;
     }
-    let variant = config.variant(encoder.is_some())?;
     say(format_args!("network {}: {}", variant.name, variant.form))?;
-    let weights = &format!("{}.safetensors", variant.name.replace('-', "_"));
     let bar = progress(training.rounds() * config.flight.ticks_per_round, "actor");
     bar.set_position(training.round() * config.flight.ticks_per_round);
     let mut left = args.rounds.unwrap_or(u64::MAX);
@@ -345,5 +376,5 @@ fn save_actor(folder: &Folder, name: &str, training: &ActorTraining) -> Result<(
     if !shares.is_empty() {
         drawn.push(Curve { label: "share of the selection's flights at the goal", values: shares });
     }
-    folder.write("curves.svg", curves("actor", "round", &drawn).as_bytes())
+    folder.write(CURVES, curves("actor", "round", &drawn).as_bytes())
 }

@@ -355,7 +355,7 @@ impl EemSanProgram {
     pub(super) fn check(&self, map: &CoreMap) -> Result<(), String> {
         self.laser.check(LASER_PORT, map, ROBOT_STATE)?;
         check_lines(map, BIAS_PORT, self.bias_port, map.populations().len())?;
-        self.check_windows("decision", &self.decision, self.steps, self.decision_steps, map)?;
+        check_windows("decision", &self.decision, self.steps, self.decision_steps, map)?;
         let output = self.decision.last().ok_or("no layers of a decision")?;
         let outputs = map.populations()[output.population as usize].len();
         if outputs != 2 {
@@ -369,13 +369,24 @@ impl EemSanProgram {
             return Err(format!("streaming needs an encoder of {} frames per tick", self.steps));
         }
         match (&self.encoder, &self.dvs) {
-            (None, None) => Ok(()),
+            (None, None) => (),
             (Some(phase), Some(dvs)) => {
                 dvs.check(DVS_PORT, map, phase.readout.bias.len())?;
-                self.check_encoder(phase, map)
+                self.check_encoder(phase, map)?;
             }
-            _ => Err("an encoder and a code of its state go together".to_owned()),
+            _ => return Err("an encoder and a code of its state go together".to_owned()),
         }
+        let encoder = self.encoder.iter().flat_map(|phase| &phase.layers);
+        for (index, window) in encoder.chain(&self.decision).enumerate() {
+            if window.population as usize != index {
+                return Err(format!(
+                    "layer {}: population {}, {index} expected",
+                    index + 1,
+                    window.population
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn check_encoder(&self, phase: &EncoderPhase, map: &CoreMap) -> Result<(), String> {
@@ -383,7 +394,7 @@ impl EemSanProgram {
             return Err(format!("{} frames per tick, {FRAMES_PER_TICK} expected", phase.frames));
         }
         check_lines(map, PIXEL_PORT, phase.pixel_port, FRAME_PIXELS)?;
-        self.check_windows("encoder", &phase.layers, phase.frames, phase.chip_steps, map)?;
+        check_windows("encoder", &phase.layers, phase.frames, phase.chip_steps, map)?;
         let last = phase.layers.last().ok_or("no layers of the encoder")?;
         let neurons = map.populations()[last.population as usize].len();
         let Readout { weights, bias } = &phase.readout;
@@ -400,33 +411,29 @@ impl EemSanProgram {
         }
         Ok(())
     }
+}
 
-    fn check_windows(
-        &self,
-        phase: &str,
-        windows: &[Window],
-        len: u32,
-        chip_steps: u32,
-        map: &CoreMap,
-    ) -> Result<(), String> {
-        if len == 0 || len > chip_steps || chip_steps > STEPS_MAX {
-            return Err(format!("{phase}: windows of {len} in {chip_steps} steps"));
-        }
-        for Window { population, start } in windows {
-            if *population as usize >= map.populations().len() {
-                return Err(format!(
-                    "{phase}: population {population}, the map has {}",
-                    map.populations().len()
-                ));
-            }
-            if *start == 0 || *start > chip_steps - len {
-                return Err(format!(
-                    "{phase}: a window of {len} from step {start} of {chip_steps}"
-                ));
-            }
-        }
-        Ok(())
+/// Errs unless the windows of a phase are of populations of the map and within the phase's steps.
+fn check_windows(
+    phase: &str,
+    windows: &[Window],
+    len: u32,
+    chip_steps: u32,
+    map: &CoreMap,
+) -> Result<(), String> {
+    if len == 0 || len > chip_steps || chip_steps > STEPS_MAX {
+        return Err(format!("{phase}: windows of {len} in {chip_steps} steps"));
     }
+    for Window { population, start } in windows {
+        let n = map.populations().len();
+        if *population as usize >= n {
+            return Err(format!("{phase}: population {population}, the map has {n}"));
+        }
+        if *start == 0 || *start > chip_steps - len {
+            return Err(format!("{phase}: a window of {len} from step {start} of {chip_steps}"));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -52,6 +52,8 @@ fn programs_that_do_not_go_with_the_map_are_refused() {
     refused(&|p| p.decision[2].start = 6, "decision: a window of 5 from step 6 of 10");
     refused(&|p| p.decision[2].start = 0, "decision: a window of 5 from step 0 of 10");
     refused(&|p| p.decision[2].population = 10, "decision: population 10, the map has 10");
+    refused(&|p| p.decision[2].population = 5, "layer 7: population 5, 6 expected");
+    refused(&|p| phase(p).layers[1].population = 0, "layer 2: population 0, 1 expected");
     refused(&|p| p.decision.truncate(3), "output population has 256 neurons, 2 expected");
     refused(&|p| p.decision.clear(), "no layers of a decision");
     refused(&|p| p.dvs = None, "an encoder and a code of its state go together");

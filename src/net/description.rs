@@ -63,6 +63,18 @@ struct LayerDescription {
     threshold: Option<f64>,
 }
 
+/// The weights file that a description names, where it can be read.
+pub(super) fn named_weights(path: &Path) -> Option<PathBuf> {
+    let text = crate::net::text_of(path).ok()?;
+    let description = parse(&path.display().to_string(), &text).ok()?;
+    Some(beside(path, &description.weights?))
+}
+
+/// A file that a description names, from where the description is.
+fn beside(path: &Path, named: &Path) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).join(named)
+}
+
 /// Reads a description file and its weights; `weights` replaces the file that it names.
 ///
 /// Errors: unreadable files, unknown keys, numbers out of range, tensors of another name, shape or
@@ -74,7 +86,7 @@ pub fn read(path: &Path, weights: Option<&Path>) -> Result<Network, NetError> {
     let named = description.weights.as_ref();
     let weights = match (weights, named) {
         (Some(given), _) => given.to_path_buf(),
-        (None, Some(named)) => path.parent().unwrap_or(Path::new("")).join(named),
+        (None, Some(named)) => beside(path, named),
         (None, None) => return Err(NetError::NoWeights { file }),
     };
     let bytes = files::read_bytes(&weights)?;

@@ -120,6 +120,17 @@ impl StateWriter {
         self.count(&format!("{prefix}steps"), adam.steps);
     }
 
+    /// The first float that is infinite or not a number: its tensor, its place there, what it is.
+    pub fn not_finite(&self) -> Option<(&str, usize, f32)> {
+        let floats = self.tensors.iter().filter(|tensor| tensor.dtype == Dtype::F32);
+        floats
+            .flat_map(|tensor| {
+                let values = tensor.bytes.as_chunks::<4>().0.iter().enumerate();
+                values.map(|(at, bytes)| (tensor.name.as_str(), at, f32::from_le_bytes(*bytes)))
+            })
+            .find(|(_, _, value)| !value.is_finite())
+    }
+
     /// The bytes; the same tensors give the same bytes.
     pub fn bytes(&self) -> Vec<u8> {
         let views = self.tensors.iter().map(|tensor| {

@@ -19,6 +19,9 @@ use crate::world::pairs::Pair;
 /// Version of the JSON form.
 pub const RESULT_FORMAT: u32 = 1;
 
+/// Farthest that the corner of an arena may be, along each axis.
+const BOUNDS_M_MAX: f64 = 1e6;
+
 /// One run of `drive`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DriveResult {
@@ -132,6 +135,7 @@ pub struct ArenaPicture {
     /// Name.
     pub name: String,
     /// Corners of the arena: x min, y min, x max, y max.
+    #[serde(deserialize_with = "bounds")]
     pub bounds_m: [f64; 4],
     /// Outlines of polygons.
     pub polygons_m: Vec<Vec<[f64; 2]>>,
@@ -178,6 +182,20 @@ impl ArenaPicture {
         }
         picture
     }
+}
+
+/// Corners that have something between them.
+fn bounds<'de, D: serde::Deserializer<'de>>(from: D) -> Result<[f64; 4], D::Error> {
+    let bounds = <[f64; 4]>::deserialize(from)?;
+    let [x0, y0, x1, y1] = bounds;
+    let within = bounds.iter().all(|side| side.abs() <= BOUNDS_M_MAX);
+    if within && x0 < x1 && y0 < y1 {
+        return Ok(bounds);
+    }
+    Err(serde::de::Error::custom(format!(
+        "arena.bounds_m: {bounds:?}, must be x min, y min, x max, y max with min below max, within \
+         {BOUNDS_M_MAX} m of 0"
+    )))
 }
 
 impl ArenaPicture {

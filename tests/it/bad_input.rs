@@ -390,7 +390,17 @@ fn outputs_that_would_replace_an_input_or_each_other_are_refused() {
     reflex_map(&folder);
     write_tiny(&folder, TINY, |_| ());
     folder.write("in.npz", reflex_spikes(&[0], &[6]));
+    folder.write("a.json", br#"{"arena": {"xmin": 0, "xmax": 12, "ymin": 0, "ymax": 12}}"#);
+    folder.write("net.json", b"{}");
+    folder.write("net.npz", b"");
     let cases = [
+        "compile tiny.toml -o tiny.safetensors",
+        "compile net.json -o net.npz",
+        "drive tiny.toml --json tiny.safetensors",
+        "evaluate chip:tiny.toml --map map1 --condition static-1.0 --json tiny.toml",
+        "evaluate tiny.toml --map map1 --condition static-1.0 --state tiny.safetensors",
+        "camera --arena a.json --events a.json",
+        "drive reflex --json new --replay ./new",
         "compile tiny.toml -o ./tiny.toml",
         "compile tiny.toml --weights tiny.safetensors -o tiny.safetensors",
         "run reflex.map --spikes in.npz -o in.npz",

@@ -151,6 +151,14 @@ fn what_cannot_be_recorded_or_reported_is_refused() {
         &["--tick 5: the trial has 5 ticks"],
     );
     refused(&folder, "report r.json -o r.json", &["is an input"]);
+    let text = String::from_utf8(folder.read("d.json")).unwrap();
+    let (before, after) = text.split_once("\"bounds_m\":").unwrap();
+    let after = after.split_once(']').unwrap().1;
+    for bounds in ["[-10,-10,10,-20]", "[0,0,0,0]", "[-10,-10,10,1e308]"] {
+        folder.write("b.json", format!("{before}\"bounds_m\":{bounds}{after}"));
+        let parts = ["b.json: ", "arena.bounds_m: [", "with min below max, within 1000000 m of 0"];
+        refused(&folder, "report b.json -o out.html", &parts);
+    }
     let names = folder.names();
     assert!(!names.contains(&"p.svg".to_owned()), "{names:?}");
 }

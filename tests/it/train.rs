@@ -206,3 +206,30 @@ fn checkpoint_of_another_configuration_or_damaged_is_refused_and_kept() {
     std::fs::write(folder.path("file"), b"x").unwrap();
     refused(&folder, &format!("{ACTOR} --out file"), &["cannot make the folder"]);
 }
+
+#[test]
+fn training_never_writes_over_what_it_reads() {
+    let folder = Folder::new();
+    folder.good("train actor --quick --rounds 1 --out t");
+    let before = folder.read("t/laser_only.safetensors");
+    let line = "train actor --quick --rounds 1 --out t --from t/laser_only.safetensors";
+    refused(&folder, line, &["laser_only.safetensors: is an input or another output as well"]);
+    assert_eq!(folder.read("t/laser_only.safetensors"), before);
+    folder.write("c.toml", include_bytes!("../../src/train/configs/first.toml"));
+    let line = "train actor --quick --recipe compare --config c.toml --out t";
+    refused(&folder, line, &["c.toml: --recipe chooses a built-in configuration"]);
+}
+
+#[test]
+fn training_that_diverges_says_so_and_leaves_no_files() {
+    let folder = Folder::new();
+    let config = include_str!("../../src/train/configs/hsvae.toml");
+    let config = config.replace("learning_rate = 2e-3", "learning_rate = 1.0");
+    folder.write("c.toml", config);
+    folder.good("train hsvae --quick --rounds 1 --out t");
+    std::fs::remove_file(folder.path("t/checkpoint.safetensors")).unwrap();
+    let before = folder.read("t/hsvae.safetensors");
+    let line = "train hsvae --config c.toml --quick --rounds 2 --out t";
+    refused(&folder, line, &["t: the training has diverged: tensor ", "smaller learning rates"]);
+    assert_eq!(folder.read("t/hsvae.safetensors"), before);
+}

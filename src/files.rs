@@ -116,6 +116,10 @@ fn target(path: &Path) -> io::Result<Target> {
         Err(_) if path.file_name().is_none() => {
             Err(io::Error::new(ErrorKind::InvalidInput, "give the name of a file"))
         }
+        Err(_) if path.is_symlink() => Err(io::Error::new(
+            ErrorKind::NotFound,
+            "it is a link that leads nowhere; mend the link, or give another name",
+        )),
         Err(_) => Ok(Target::File(path.to_path_buf())),
     }
 }

@@ -263,6 +263,8 @@ impl<'a> Evaluation<'a> {
         for task in open {
             state.put(self.fly_one(&task, &bar)?);
             if let Some(path) = &self.args.state {
+                // Another run may have put something there in the meantime.
+                self.read_state()?.into_iter().for_each(|table| state.add_missing(table));
                 files::write_atomically(path, &serde_json::to_vec(&state)?)?;
             }
         }

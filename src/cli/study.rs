@@ -164,20 +164,22 @@ impl<'a> Study<'a> {
         let bar = progress((flights * self.args.trials) as u64, "");
         if state.float.is_none() {
             state.float = Some(self.fly(&self.float, "float network", &bar)?);
-            self.save(&state)?;
+            self.save(&mut state)?;
         }
         for variant in open {
             let result = self.fly_variant(variant, &mut compiled, &bar)?;
             state.points.push(Point { variant: variant.clone(), result });
-            self.save(&state)?;
+            self.save(&mut state)?;
         }
         bar.finish_and_clear();
         let points = variants.iter().filter_map(|variant| state.find(variant).cloned()).collect();
         Ok(StudyTable { points, axes: self.axes.clone(), ..state })
     }
 
-    fn save(&self, state: &StudyTable) -> Result<(), Failure> {
+    /// Writes the state file, with what another run may have put there in the meantime.
+    fn save(&self, state: &mut StudyTable) -> Result<(), Failure> {
         if let Some(path) = &self.args.state {
+            state.add_missing(self.read_state()?);
             files::write_atomically(path, &serde_json::to_vec(state)?)?;
         }
         Ok(())

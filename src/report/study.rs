@@ -219,6 +219,16 @@ impl StudyTable {
     pub fn find(&self, variant: &Variant) -> Option<&Point> {
         self.points.iter().find(|point| point.variant == *variant)
     }
+
+    /// Adds what another table of the same settings has and this one has not.
+    pub fn add_missing(&mut self, other: Self) {
+        self.float = self.float.take().or(other.float);
+        for point in other.points {
+            if self.find(&point.variant).is_none() {
+                self.points.push(point);
+            }
+        }
+    }
 }
 
 impl Point {

@@ -250,6 +250,15 @@ impl SuccessTable {
         }
     }
 
+    /// Adds the cells of another table that are not here.
+    pub fn add_missing(&mut self, other: Self) {
+        for cell in other.cells {
+            if self.find(cell.key()).is_none() {
+                self.cells.push(cell);
+            }
+        }
+    }
+
     /// Mean success rate of all seeds, and that of each seed; `None` where nothing was flown.
     fn rates(&self, network: &str, map: &str, under: &Under) -> Option<(f64, Vec<f64>)> {
         let same = |cell: &&Cell| cell.network == network && cell.map == map && under.is_of(cell);

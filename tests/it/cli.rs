@@ -176,9 +176,15 @@ fn a_link_as_output_stays_a_link() {
     let folder = Folder::new();
     folder.write("real.map", "old");
     #[cfg(unix)]
-    std::os::unix::fs::symlink(folder.path("real.map"), folder.path("link.map")).unwrap();
+    for (file, link) in [("real.map", "link.map"), ("none.map", "gone.map")] {
+        std::os::unix::fs::symlink(folder.path(file), folder.path(link)).unwrap();
+    }
     if folder.path("link.map").is_symlink() {
         folder.good("compile reflex -o link.map");
+        let ran = folder.run("compile reflex -o gone.map");
+        assert_eq!(ran.code, Some(2), "{}", ran.err);
+        assert!(ran.err.contains("gone.map: cannot write: it is a link that leads"), "{}", ran.err);
+        assert!(folder.path("gone.map").is_symlink() && !folder.path("none.map").exists());
         assert!(folder.path("link.map").is_symlink());
         folder.good("inspect real.map");
     }

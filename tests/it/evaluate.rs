@@ -1,6 +1,7 @@
 //! `spikeloop evaluate`: the table, its state file, its pictures.
 
 use serde_json::Value;
+use spikeloop::report::success::SuccessTable;
 
 use crate::bad_input::refused;
 use crate::cli::{Folder, assert_well_formed, reflex_map};
@@ -144,6 +145,22 @@ fn more_seeds_and_a_lost_picture_are_flown_and_nothing_else() {
     // A table is a state as well.
     let ran = folder.good(&format!("{SMALL} --seeds 2 --state whole.json"));
     assert!(ran.out.contains("8 of 8 cells"), "{}", ran.out);
+}
+
+#[test]
+fn what_two_runs_write_to_one_state_is_kept() {
+    let folder = folder_with_network();
+    let state = |seed: u64| {
+        folder.good(&format!("{SMALL} --seed {seed} --seeds 1 --state s{seed}.json"));
+        let text = String::from_utf8(folder.read(&format!("s{seed}.json"))).unwrap();
+        SuccessTable::from_json("s.json", &text).unwrap()
+    };
+    let (mut one, two) = (state(1), state(2));
+    let cells = [one.cells.clone(), two.cells.clone()].concat();
+    one.add_missing(two.clone());
+    assert_eq!(one.cells, cells);
+    one.add_missing(two);
+    assert_eq!(one.cells, cells);
 }
 
 #[test]

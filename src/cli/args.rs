@@ -618,7 +618,7 @@ pub(super) struct ReproduceArgs {
     /// Folder for results, and for what is flown already: the same command goes on from there
     #[arg(short, long, value_name = "FOLDER", default_value = "out/reproduce")]
     pub(super) output: PathBuf,
-    /// Fly nothing: tables of what is flown already
+    /// No trials: tables of what is flown already; what the costs need is still compiled and counted
     #[arg(long)]
     pub(super) as_flown: bool,
 }

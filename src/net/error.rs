@@ -64,7 +64,10 @@ pub enum NetError {
         known: String,
     },
     /// The description names no weights file and none was given.
-    #[error("{file}: names no weights file; give one with --weights FILE")]
+    #[error(
+        "{file}: names no weights file; give one with --weights FILE where there is that option, or \
+         a description that names one"
+    )]
     NoWeights {
         /// The description.
         file: String,

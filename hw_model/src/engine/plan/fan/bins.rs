@@ -13,7 +13,7 @@ const CORES_BITS: u32 = 2;
 /// Cores of a bin. The first bin of a thread may begin with cores of the thread before, whose sums
 /// stay zero: so a place says by itself where in its bin it is.
 pub(super) const CORES: usize = 1 << CORES_BITS;
-/// A bin with more synapses than this is added up.
+/// All bins are added up when one has more synapses than this.
 const FULL: usize = 8192;
 /// Synapses that are copied at once.
 pub(super) const AT_ONCE: usize = 8;

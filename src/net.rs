@@ -31,11 +31,12 @@ use crate::files;
 pub const MAP_LABEL: [u8; 8] = *b"SPIKELP\0";
 
 /// The weights file that is read with a network's file when no other is given: that which a
-/// description names, or the npz file beside an integer network. `None` for what has none.
+/// description names, or the npz file beside an integer network. `None` for what has none; files
+/// that may be large and are no description are not opened for it.
 pub fn weights_beside(network: &Path) -> Option<PathBuf> {
-    match network.extension() {
-        Some(extension) if extension == "json" => Some(network.with_extension("npz")),
-        Some(extension) if extension == "safetensors" => None,
+    match network.extension().and_then(|extension| extension.to_str()) {
+        Some("json") => Some(network.with_extension("npz")),
+        Some("safetensors" | "npz" | "map") => None,
         _ if network.is_file() => description::named_weights(network),
         _ => None,
     }

@@ -20,7 +20,7 @@ use spikeloop::world::geometry::Pose;
 use spikeloop::world::pairs::{Pair, PairRules, generate_pairs};
 
 use crate::cli::args::CameraArgs;
-use crate::cli::drivers::STRAIGHT;
+use crate::cli::drivers::{STRAIGHT, check_weights};
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 use watcher::{LayerActivity, Watcher, activity_table};
@@ -111,14 +111,7 @@ fn camera_config(args: &CameraArgs) -> CameraConfig {
 /// What drives, and whether it takes event frames.
 fn policy(args: &CameraArgs) -> Result<(Box<dyn Policy>, bool), Failure> {
     if args.driver == STRAIGHT {
-        if let Some(weights) = &args.weights {
-            return Err(format!(
-                "{}: weights are for networks with a description, not for {STRAIGHT}; leave \
-                 --weights out",
-                weights.display()
-            )
-            .into());
-        }
+        check_weights(&[STRAIGHT], args.weights.as_deref())?;
         return Ok((Box::new(StraightToGoal), false));
     }
     Ok(match builtin::open(&args.driver, args.weights.as_deref())? {

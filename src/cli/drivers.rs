@@ -31,17 +31,25 @@ pub(super) fn drivers(
     weights: Option<&Path>,
     engine: EngineKind,
 ) -> Result<Vec<Driver>, Failure> {
-    let takes_weights =
-        |name: &String| is_network(name) && builtin::takes_weights(network_of(name));
-    if let (Some(weights), false) = (weights, names.iter().any(takes_weights)) {
-        return Err(format!(
-            "{}: weights are for networks with a description, and there is none among the \
-             drivers; leave --weights out",
+    check_weights(names, weights)?;
+    names.iter().map(|name| driver(name, weights, engine)).collect()
+}
+
+/// Errs for weights that none of the drivers takes.
+pub(super) fn check_weights(
+    names: &[impl AsRef<str>],
+    weights: Option<&Path>,
+) -> Result<(), Failure> {
+    let takes = |name: &str| is_network(name) && builtin::takes_weights(network_of(name));
+    match weights {
+        Some(weights) if !names.iter().any(|name| takes(name.as_ref())) => Err(format!(
+            "{}: weights are for networks with a description, and there is none; leave --weights \
+             out",
             weights.display()
         )
-        .into());
+        .into()),
+        _ => Ok(()),
     }
-    names.iter().map(|name| driver(name, weights, engine)).collect()
 }
 
 /// The driver of this name with degraded weights, drawn with `seed`.

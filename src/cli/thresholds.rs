@@ -9,22 +9,14 @@ use spikeloop::report::thresholds::{
 };
 
 use crate::cli::args::ThresholdsArgs;
+use crate::cli::drivers::check_weights;
 use crate::cli::output::{self, REVISION, check_outputs, header, say};
 use crate::cli::{Failure, Verdict};
 
 pub(super) fn run(args: &ThresholdsArgs) -> Result<Verdict, Failure> {
     let inputs = args.networks.iter().map(Path::new).chain(args.weights.as_deref());
     check_outputs(args.output.iter().chain(&args.json), inputs)?;
-    if let (Some(weights), false) =
-        (&args.weights, args.networks.iter().any(|name| builtin::takes_weights(name)))
-    {
-        return Err(format!(
-            "{}: weights are for networks with a description, and there is none; leave --weights \
-             out",
-            weights.display()
-        )
-        .into());
-    }
+    check_weights(&args.networks, args.weights.as_deref())?;
     let networks: Vec<Thresholds> =
         args.networks.iter().map(|name| read(name, args)).collect::<Result<_, Failure>>()?;
     say(header(None, &[]))?;

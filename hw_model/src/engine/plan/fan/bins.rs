@@ -19,7 +19,7 @@ const FULL: usize = 8192;
 pub(super) const AT_ONCE: usize = 8;
 /// Spikes that come between two looks at how full the bins are.
 pub(super) const BATCH: usize = 32;
-/// Bins below which the sums fit into the nearest cache as they are.
+/// Bins of a thread below which binning does not pay: sums of few cores are near as they are.
 const N_MIN: usize = 4;
 /// Synapses of a spike and bin, on average, below which binning takes longer than it saves.
 const RUN_MEAN_MIN: usize = 2;
@@ -61,7 +61,7 @@ impl Bins {
         layout: Places,
     ) -> Option<Self> {
         let shift = layout.stride_bits + CORES_BITS;
-        let n = n_cores.div_ceil(1 << CORES_BITS);
+        let n = n_cores.div_ceil(CORES);
         let len = |(start, end): &(u32, u32)| (end - start) as usize;
         let units = ranges.iter().filter(|range| len(range) > 0).count();
         if n < N_MIN || ranges.iter().map(len).sum::<usize>() < RUN_MEAN_MIN * n * units {

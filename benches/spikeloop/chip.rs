@@ -8,7 +8,7 @@ use hw_model::engine::{Engine, SpikeRecord, Stimulus};
 use hw_model::{CoreMap, DenseEngine, EventEngine};
 
 use crate::networks::{self, Case};
-use crate::roofline::{Counters, Roofline};
+use crate::roofline::Roofline;
 
 const THREADS: [usize; 2] = [1, 2];
 /// Steps of the dense engine, which visits every synapse in each.
@@ -67,12 +67,10 @@ fn network(
             let engine = engine.get_or_insert_with(with_threads);
             b.iter(|| run_anew(engine, &case.stimulus));
         });
-        for (name, counters) in [("roofline", Counters::Off), ("roofline_counted", Counters::On)] {
-            group.bench_function(BenchmarkId::new(name, &parameter), |b| {
-                let roofline = roofline.get_or_insert_with(|| Roofline::new(&case, synaptic_ops));
-                b.iter(|| roofline.run(threads, counters));
-            });
-        }
+        group.bench_function(BenchmarkId::new("roofline", &parameter), |b| {
+            let roofline = roofline.get_or_insert_with(|| Roofline::new(&case, synaptic_ops));
+            b.iter(|| roofline.run(threads));
+        });
     }
     group.finish();
 }

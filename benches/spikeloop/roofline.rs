@@ -39,13 +39,6 @@ struct CoreWork {
     synaptic_ops: u64,
 }
 
-/// Whether to count what is delivered as the chip's counters do, beside adding it.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Counters {
-    Off,
-    On,
-}
-
 impl Roofline {
     /// Runs `case` by the event engine and keeps what it accumulates, which must be `expected`
     /// operations.
@@ -66,14 +59,14 @@ impl Roofline {
     }
 
     /// All steps, the cores divided into `threads` parts of about equal work.
-    pub(crate) fn run(&mut self, threads: usize, counters: Counters) {
+    pub(crate) fn run(&mut self, threads: usize) {
         let arch = Arch::new();
         let steps = self.cores.first().map_or(0, |core| core.steps.len());
         let work = |cores: &mut [CoreWork]| {
             for step in 0..steps {
                 for core in &mut *cores {
                     let deliveries = &core.deliveries[core.steps[step].clone()];
-                    core.rows.add(arch, deliveries, counters);
+                    core.rows.add(arch, deliveries);
                 }
             }
         };
@@ -99,7 +92,7 @@ impl Roofline {
 
     /// Panics unless one run gives the sums that the map itself says.
     fn check(&mut self, map: &CoreMap) {
-        self.run(1, Counters::On);
+        self.run(1);
         for (core_idx, (work, core)) in self.cores.iter().zip(map.cores()).enumerate() {
             let mut expected = vec![0i64; core.compartments()];
             for (list, base) in &work.deliveries {
@@ -210,20 +203,19 @@ fn rows(core: &Core) -> Box<dyn Rows> {
         }
     }
     let small = magnitudes.iter().all(|sum| *sum <= i64::from(i16::MAX));
-    let ops: Vec<u64> = (0..core.lists.len()).map(|list| ops(core, list)).collect();
     let sums = core.compartments();
     match (narrow, small) {
-        (true, true) => Box::new(Layout::<i8, i16>::new(&lists, &ops, sums)),
-        (true, false) => Box::new(Layout::<i8, i32>::new(&lists, &ops, sums)),
-        (false, true) => Box::new(Layout::<i16, i16>::new(&lists, &ops, sums)),
-        (false, false) => Box::new(Layout::<i16, i32>::new(&lists, &ops, sums)),
+        (true, true) => Box::new(Layout::<i8, i16>::new(&lists, sums)),
+        (true, false) => Box::new(Layout::<i8, i32>::new(&lists, sums)),
+        (false, true) => Box::new(Layout::<i16, i16>::new(&lists, sums)),
+        (false, false) => Box::new(Layout::<i16, i32>::new(&lists, sums)),
     }
 }
 
 /// Rows of one core, of whatever types.
 trait Rows: Send {
     /// Adds the rows of `deliveries`.
-    fn add(&mut self, arch: Arch, deliveries: &[(u32, u16)], counters: Counters);
+    fn add(&mut self, arch: Arch, deliveries: &[(u32, u16)]);
 
     /// Low bits of the sums.
     fn sums(&self) -> Vec<i16>;
@@ -231,21 +223,13 @@ trait Rows: Send {
 
 /// Weights of type `W`, sums of type `S`.
 struct Layout<W, S> {
-    rows: Vec<Row>,
+    rows: Vec<Shape>,
     weights: Vec<W>,
     /// First target and length.
     runs: Vec<(u16, u16)>,
     /// Of the rows in pairs.
     pairs: Vec<(u16, W)>,
     sums: Vec<S>,
-    /// Deliveries, and synaptic operations of three kinds, as a core's counters.
-    counts: [u64; 4],
-}
-
-struct Row {
-    shape: Shape,
-    /// Operations by kind; which kind does not matter to the time.
-    ops: [u32; 3],
 }
 
 enum Shape {
@@ -284,18 +268,17 @@ impl Accumulator for i32 {
 }
 
 impl<W: Copy + TryFrom<i32> + Default, S: Accumulator + From<W>> Layout<W, S> {
-    fn new(lists: &[Vec<(usize, i32)>], ops: &[u64], sums: usize) -> Self {
+    fn new(lists: &[Vec<(usize, i32)>], sums: usize) -> Self {
         let mut layout = Self {
             rows: Vec::with_capacity(lists.len()),
             weights: Vec::new(),
             runs: Vec::new(),
             pairs: Vec::new(),
             sums: vec![S::default(); sums],
-            counts: [0; 4],
         };
-        for (synapses, ops) in lists.iter().zip(ops) {
+        for synapses in lists {
             let shape = layout.shape_of(synapses);
-            layout.rows.push(Row { shape, ops: [*ops as u32, 0, 0] });
+            layout.rows.push(shape);
         }
         layout
     }
@@ -325,7 +308,7 @@ impl<W: Copy + TryFrom<i32> + Default, S: Accumulator + From<W>> Layout<W, S> {
 
     #[inline(always)]
     fn add_row(&mut self, row: usize, base: u16) {
-        match &self.rows[row].shape {
+        match &self.rows[row] {
             Shape::Runs { weights_at, runs } => {
                 let mut at = *weights_at as usize;
                 for (first, len) in &self.runs[runs.start as usize..runs.end as usize] {
@@ -345,20 +328,6 @@ impl<W: Copy + TryFrom<i32> + Default, S: Accumulator + From<W>> Layout<W, S> {
             }
         }
     }
-
-    #[inline(always)]
-    fn add_rows<const COUNTED: bool>(&mut self, deliveries: &[(u32, u16)]) {
-        for (row, base) in deliveries {
-            self.add_row(*row as usize, *base);
-            if COUNTED {
-                let ops = self.rows[*row as usize].ops;
-                self.counts[0] += 1;
-                for (count, ops) in self.counts[1..].iter_mut().zip(ops) {
-                    *count += u64::from(ops);
-                }
-            }
-        }
-    }
 }
 
 impl<W, S> Rows for Layout<W, S>
@@ -366,11 +335,8 @@ where
     W: Copy + TryFrom<i32> + Default + Send,
     S: Accumulator + From<W>,
 {
-    fn add(&mut self, arch: Arch, deliveries: &[(u32, u16)], counters: Counters) {
-        match counters {
-            Counters::Off => arch.dispatch(AddRows::<_, _, false> { layout: self, deliveries }),
-            Counters::On => arch.dispatch(AddRows::<_, _, true> { layout: self, deliveries }),
-        }
+    fn add(&mut self, arch: Arch, deliveries: &[(u32, u16)]) {
+        arch.dispatch(AddRows { layout: self, deliveries });
     }
 
     fn sums(&self) -> Vec<i16> {
@@ -379,12 +345,12 @@ where
 }
 
 /// Compiled once for each kind of vectors; a closure would not be.
-struct AddRows<'a, W, S, const COUNTED: bool> {
+struct AddRows<'a, W, S> {
     layout: &'a mut Layout<W, S>,
     deliveries: &'a [(u32, u16)],
 }
 
-impl<W, S, const COUNTED: bool> NullaryFnOnce for AddRows<'_, W, S, COUNTED>
+impl<W, S> NullaryFnOnce for AddRows<'_, W, S>
 where
     W: Copy + TryFrom<i32> + Default,
     S: Accumulator + From<W>,
@@ -393,6 +359,8 @@ where
 
     #[inline(always)]
     fn call(self) {
-        self.layout.add_rows::<COUNTED>(self.deliveries);
+        for (row, base) in self.deliveries {
+            self.layout.add_row(*row as usize, *base);
+        }
     }
 }

@@ -94,7 +94,6 @@ fn print_beside_roofline(groups: &[&[Measured]]) {
             let Some(threads) = result.case.strip_prefix("event/threads_") else { continue };
             let roofline = find(format!("roofline/threads_{threads}"));
             let (Some(engine), Some(roofline)) = (result.per_second(), roofline) else { continue };
-            let counted = find(format!("roofline_counted/threads_{threads}"));
             let millions = |per_second: f64| format!("{:.0}", per_second / 1e6);
             let percent = |part: f64| format!("{:.0} %", 100.0 * part);
             rows.push([
@@ -105,7 +104,6 @@ fn print_beside_roofline(groups: &[&[Measured]]) {
                 millions(engine),
                 millions(roofline),
                 percent(engine / roofline),
-                counted.map_or("-".to_owned(), |counted| percent(counted / roofline)),
             ]);
         }
     }
@@ -122,7 +120,6 @@ fn print_beside_roofline(groups: &[&[Measured]]) {
             "engine, /s",
             "roofline, /s",
             "engine / roofline",
-            "roofline with counters / without",
         ],
         rows,
     );

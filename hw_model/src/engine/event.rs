@@ -20,11 +20,17 @@ use crate::core_map::CoreMap;
 use crate::counters::OpCounts;
 use crate::faults::{Faults, Loss};
 use crate::id::{CompartmentIdx, CoreId};
+use batch::Batch;
 use core_run::CoreRun;
 use spikes::{SourceSpikes, SpikeSets};
 
+mod batch;
 mod core_run;
 mod spikes;
+
+/// Whether operations are counted. They are; only `benches/counters.sh` builds an engine that does
+/// not, to see what they cost.
+const COUNTED: bool = !cfg!(uncounted);
 
 /// Bytes of memory that an engine takes, beside the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -167,9 +173,10 @@ impl NullaryFnOnce for Work<'_> {
         let steps = run.stimulus.steps();
         let mut share = Share { spikes: Vec::new(), slowest_ps: vec![0; steps * tables] };
         let member = run.barrier.member();
+        let mut batch = Batch::new(&run.plan.cores[self.first..][..self.cores.len()]);
         for step in 0..steps {
             let slowest_ps = &mut share.slowest_ps[step * tables..][..tables];
-            self.step(step, slowest_ps, &mut share.spikes);
+            self.step(step, slowest_ps, &mut batch, &mut share.spikes);
             if !member.wait() {
                 break;
             }
@@ -180,7 +187,13 @@ impl NullaryFnOnce for Work<'_> {
 
 impl Work<'_> {
     #[inline(always)]
-    fn step(&mut self, step: usize, slowest_ps: &mut [u64], spikes: &mut Vec<Spike>) {
+    fn step(
+        &mut self,
+        step: usize,
+        slowest_ps: &mut [u64],
+        batch: &mut Batch,
+        spikes: &mut Vec<Spike>,
+    ) {
         let run = self.run;
         let now = run.start + step as u64;
         let [before, under_way] = match now % 2 {
@@ -204,12 +217,15 @@ impl Work<'_> {
             } else {
                 let mut done = OpCounts::default();
                 let pushed = self.fan.take(&run.plan.fans, core_id);
-                core.deliver((plan, &run.plan.weights), before, pushed, loss, &mut done);
+                let weights = &run.plan.weights;
+                core.deliver((plan, weights), (before, loss), pushed, batch, &mut done);
                 core.update(plan, &run.widths, run.fast, under_way_here, &mut done);
-                for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
-                    *slowest = (*slowest).max(times.of(&done));
+                if COUNTED {
+                    for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
+                        *slowest = (*slowest).max(times.of(&done));
+                    }
+                    core.counts += &done;
                 }
-                core.counts += &done;
             }
             let core = CoreId(core_id as u16);
             if self.record.wants(core) {

@@ -13,7 +13,7 @@ mod rows;
 pub(super) use fan::{Fan, Fans, Pushed};
 use links::all_links;
 pub(super) use links::{Delivery, Link};
-pub(super) use rows::{CHUNK, Fit, Pool, Rest, Row, Run, Uniform};
+pub(super) use rows::{CHUNK, Fit, Pool, Rest, Row, Run, SECOND_FORM, Uniform};
 use rows::{LaidOut, Layout, PoolWriter, Shapes};
 
 /// Immutable part of an event engine.

@@ -1,16 +1,18 @@
 //! One core of the event engine: spikes in, compartments, spikes out.
 
 use std::ops::AddAssign;
-use std::sync::atomic::Ordering;
 
 use aligned_vec::{AVec, CACHELINE_ALIGN};
 
+use super::COUNTED;
+use super::batch::Batch;
 use super::spikes::{SourceSpikes, SpikeSets};
 use crate::compartment::{CompartmentState, Widths};
 use crate::counters::OpCounts;
 use crate::engine::lanes::{BLOCK, BlockCounts, Lanes, update_each, update_whole};
 use crate::engine::plan::{
-    CHUNK, CorePlan, Delivery, Fit, Link, Pool, Pushed, Rest, Row, Run, SendCost, Uniform,
+    CHUNK, CorePlan, Delivery, Fit, Link, Pool, Pushed, Rest, Row, Run, SECOND_FORM, SendCost,
+    Uniform,
 };
 use crate::faults::Loss;
 
@@ -47,9 +49,14 @@ impl Touched {
     /// Adds `len` compartments from `first` on; perhaps the block after them, too.
     #[inline(always)]
     fn add(&mut self, first: usize, len: usize) {
+        self.0 |= Self::of_len(len).0 << (first / BLOCK).min(63);
+    }
+
+    /// `len` compartments from any of the first block on; perhaps the block after them, too.
+    #[inline(always)]
+    fn of_len(len: usize) -> Self {
         let blocks = (len + BLOCK - 2) / BLOCK + 1;
-        let blocks = if blocks < 64 { (1u64 << blocks) - 1 } else { u64::MAX };
-        self.0 |= blocks << (first / BLOCK).min(63);
+        Self(if blocks < 64 { (1 << blocks) - 1 } else { u64::MAX })
     }
 
     #[inline(always)]
@@ -104,9 +111,9 @@ impl CoreRun {
     pub(super) fn deliver(
         &mut self,
         (plan, pool): (&CorePlan, &Pool),
-        before: &SpikeSets,
+        (before, loss): (&SpikeSets, Option<Loss>),
         pushed: Option<Pushed<'_>>,
-        loss: Option<Loss>,
+        batch: &mut Batch,
         done: &mut OpCounts,
     ) {
         if std::mem::take(&mut self.deaf) {
@@ -114,17 +121,19 @@ impl CoreRun {
         }
         self.touched = match &mut self.sums {
             Sums::Narrow(sums) if plan.fit == Fit::Weights8Sums16 => {
-                deliver(plan, &pool.narrow, sums, before, loss, done)
+                deliver(plan, &pool.narrow, sums, (before, loss), batch, done)
             }
-            Sums::Narrow(sums) => deliver(plan, &pool.wide, sums, before, loss, done),
-            Sums::Wide(sums) => deliver(plan, &pool.wide, sums, before, loss, done),
+            Sums::Narrow(sums) => deliver(plan, &pool.wide, sums, (before, loss), batch, done),
+            Sums::Wide(sums) => deliver(plan, &pool.wide, sums, (before, loss), batch, done),
         };
         if let (Some(pushed), Sums::Wide(sums)) = (pushed, &mut self.sums) {
             for (sum, pushed) in sums.iter_mut().zip(pushed.sums) {
                 *sum += std::mem::take(pushed);
             }
-            done.axon_deliveries += pushed.axons;
-            done.synaptic_ops_sparse += pushed.synaptic_ops;
+            if COUNTED {
+                done.axon_deliveries += pushed.axons;
+                done.synaptic_ops_sparse += pushed.synaptic_ops;
+            }
             self.touched = Touched(u64::MAX);
         }
     }
@@ -194,8 +203,6 @@ struct Tally {
     lost: u64,
     /// Synaptic operations by form.
     ops: [u64; 3],
-    /// Those of uniform rows, see [`Delivery::packed_ops`].
-    packed_ops: u64,
     touched: Touched,
 }
 
@@ -205,37 +212,72 @@ fn deliver<W: Copy, S: Copy + From<W> + AddAssign>(
     plan: &CorePlan,
     weights: &[W],
     sums: &mut [S],
-    before: &SpikeSets,
-    loss: Option<Loss>,
+    (before, loss): (&SpikeSets, Option<Loss>),
+    batch: &mut Batch,
     done: &mut OpCounts,
 ) -> Touched {
     let mut tally = Tally::default();
     let uniform = plan.uniform.unwrap_or_default();
+    batch.clear();
     for link in &plan.links {
-        let tally = &mut tally;
+        if link.uniform && loss.is_none() {
+            batch.add(link, before);
+        } else {
+            deliver_any(plan, link, weights, sums, before, loss, &mut tally);
+        }
+    }
+    let arrived = batch.deliveries();
+    if !arrived.is_empty() {
+        tally.count_uniform(arrived, uniform, sums.len());
         // With numbers that are known there are no branches to mispredict.
         match (uniform.runs, uniform.chunks) {
-            _ if !link.uniform || loss.is_some() => {
-                deliver_any(plan, link, weights, sums, before, loss, tally);
+            (1, 1) => add_all::<W, S, 1, 1>(arrived, uniform, weights, sums),
+            (1, 2) => add_all::<W, S, 1, 2>(arrived, uniform, weights, sums),
+            (1, 4) => add_all::<W, S, 1, 4>(arrived, uniform, weights, sums),
+            (1, 8) => add_all::<W, S, 1, 8>(arrived, uniform, weights, sums),
+            (2, 1) => add_all::<W, S, 2, 1>(arrived, uniform, weights, sums),
+            (2, 2) => add_all::<W, S, 2, 2>(arrived, uniform, weights, sums),
+            _ => {
+                for packed in arrived {
+                    let delivery = Delivery::unpacked(*packed);
+                    add_uniform(delivery, uniform, weights, sums, &mut tally.touched);
+                }
             }
-            (1, 1) => add_all::<W, S, 1, 1>(link, uniform, weights, sums, before, tally),
-            (1, 2) => add_all::<W, S, 1, 2>(link, uniform, weights, sums, before, tally),
-            (1, 4) => add_all::<W, S, 1, 4>(link, uniform, weights, sums, before, tally),
-            (1, 8) => add_all::<W, S, 1, 8>(link, uniform, weights, sums, before, tally),
-            (2, 1) => add_all::<W, S, 2, 1>(link, uniform, weights, sums, before, tally),
-            (2, 2) => add_all::<W, S, 2, 2>(link, uniform, weights, sums, before, tally),
-            _ => deliver_any(plan, link, weights, sums, before, loss, tally),
         }
+    }
+    if !COUNTED {
+        return tally.touched;
     }
     done.axon_deliveries += tally.deliveries;
     done.messages_lost += tally.lost;
-    let [first, second] = uniform.forms;
-    tally.ops[first] += tally.packed_ops & u64::from(u32::MAX);
-    tally.ops[second] += tally.packed_ops >> 32;
     done.synaptic_ops_dense += tally.ops[0];
     done.synaptic_ops_sparse += tally.ops[1];
     done.synaptic_ops_kernel += tally.ops[2];
     tally.touched
+}
+
+impl Tally {
+    /// Counts deliveries of uniform rows to `sums` compartments, as [`Delivery::packed`].
+    #[inline(always)]
+    fn count_uniform(&mut self, arrived: &[u64], uniform: Uniform, sums: usize) {
+        let (mut first, mut second, mut blocks) = (0, 0, 0);
+        let run = Touched::of_len(uniform.chunks * CHUNK).0;
+        let pitch = ((uniform.runs - 1) * uniform.pitch) as u64;
+        for packed in arrived {
+            let ops = packed >> 48;
+            let is_second = ops / u64::from(SECOND_FORM);
+            let ops = ops & u64::from(!SECOND_FORM);
+            first += ops & is_second.wrapping_sub(1);
+            second += ops & is_second.wrapping_neg();
+            let base = packed >> 32 & u64::from(u16::MAX);
+            blocks |= run << (base / BLOCK as u64 % 64);
+            blocks |= run << ((base + pitch) / BLOCK as u64 % 64);
+        }
+        self.deliveries += arrived.len() as u64;
+        self.ops[uniform.forms[0]] += first;
+        self.ops[uniform.forms[1]] += second;
+        self.touched.0 |= if sums <= 64 * BLOCK { blocks } else { u64::MAX };
+    }
 }
 
 /// Rows of any shapes, of spikes that may be lost.
@@ -257,82 +299,56 @@ fn deliver_any<W: Copy, S: Copy + From<W> + AddAssign>(
                 tally.lost += 1;
                 continue;
             }
-            tally.deliveries += 1;
             let delivery = link.deliveries[number];
-            let base = usize::from(delivery.base);
             if let Some(uniform) = plan.uniform.filter(|_| link.uniform) {
-                tally.packed_ops += delivery.packed_ops();
-                let mut weights = &weights[CHUNK * delivery.at as usize..];
-                for run in 0..uniform.runs {
-                    let first = (run * uniform.pitch) as u16;
-                    let run = Run { first, chunks: uniform.chunks as u16 };
-                    weights = add_run(base, run, weights, sums, &mut tally.touched);
-                }
+                tally.count_uniform(&[delivery.packed()], uniform, sums.len());
+                add_uniform(delivery, uniform, weights, sums, &mut tally.touched);
             } else {
+                tally.deliveries += 1;
                 let row = &plan.rows[delivery.at as usize];
                 for (all, ops) in tally.ops.iter_mut().zip(row.ops) {
                     *all += u64::from(ops);
                 }
-                add_row(plan, row, base, weights, sums, &mut tally.touched);
+                add_row(plan, row, usize::from(delivery.base), weights, sums, &mut tally.touched);
             }
         }
     }
 }
 
-/// Rows of `RUNS` runs of `CHUNKS` chunks where nothing is lost.
+/// A uniform row of any length.
 #[inline(always)]
-fn add_all<W: Copy, S: Copy + From<W> + AddAssign, const RUNS: usize, const CHUNKS: usize>(
-    link: &Link,
-    uniform: Uniform,
-    weights: &[W],
-    sums: &mut [S],
-    before: &SpikeSets,
-    tally: &mut Tally,
-) {
-    let (mut deliveries, mut ops, mut touched) = (0, 0, Touched::default());
-    if link.has_single_deliveries() {
-        let words = before.words(link.source).iter().zip(&link.reaching).zip(&link.ranks);
-        for ((word, reaching), rank) in words {
-            let mut bits = word.load(Ordering::Relaxed) & reaching;
-            deliveries += u64::from(bits.count_ones());
-            while bits != 0 {
-                let below = reaching & (bits ^ (bits - 1)) >> 1;
-                let delivery = link.deliveries[(rank + below.count_ones()) as usize];
-                add::<W, S, RUNS, CHUNKS>(delivery, uniform, weights, sums, &mut touched);
-                ops += delivery.packed_ops();
-                bits &= bits - 1;
-            }
-        }
-    } else {
-        for unit in before.of_chosen(link.source, &link.reaching) {
-            for number in link.deliveries_of(unit) {
-                let delivery = link.deliveries[number];
-                add::<W, S, RUNS, CHUNKS>(delivery, uniform, weights, sums, &mut touched);
-                ops += delivery.packed_ops();
-                deliveries += 1;
-            }
-        }
-    }
-    tally.deliveries += deliveries;
-    tally.packed_ops += ops;
-    tally.touched.0 |= touched.0;
-}
-
-/// One delivery in a core of uniform rows.
-#[inline(always)]
-fn add<W: Copy, S: Copy + From<W> + AddAssign, const RUNS: usize, const CHUNKS: usize>(
+fn add_uniform<W: Copy, S: Copy + From<W> + AddAssign>(
     delivery: Delivery,
     uniform: Uniform,
     weights: &[W],
     sums: &mut [S],
     touched: &mut Touched,
 ) {
+    let mut weights = &weights[CHUNK * delivery.at as usize..];
+    for run in 0..uniform.runs {
+        let first = (run * uniform.pitch) as u16;
+        let run = Run { first, chunks: uniform.chunks as u16 };
+        weights = add_run(usize::from(delivery.base), run, weights, sums, touched);
+    }
+}
+
+/// Rows of `RUNS` runs of `CHUNKS` chunks.
+#[inline(always)]
+fn add_all<W: Copy, S: Copy + From<W> + AddAssign, const RUNS: usize, const CHUNKS: usize>(
+    arrived: &[u64],
+    uniform: Uniform,
+    weights: &[W],
+    sums: &mut [S],
+) {
     let len = CHUNKS * CHUNK;
-    let weights = &weights[CHUNK * delivery.at as usize..][..RUNS * len];
-    for run in 0..RUNS {
-        let first = usize::from(delivery.base) + run * uniform.pitch;
-        add_chunks(&mut sums[first..][..len], &weights[run * len..][..len]);
-        touched.add(first, len);
+    for packed in arrived {
+        let delivery = Delivery::unpacked(*packed);
+        let start = CHUNK * delivery.at as usize;
+        let weights = &weights[start..start + RUNS * len];
+        for run in 0..RUNS {
+            let first = usize::from(delivery.base) + run * uniform.pitch;
+            add_chunks(&mut sums[first..][..len], &weights[run * len..][..len]);
+        }
     }
 }
 
@@ -451,6 +467,9 @@ fn update<S: Copy + Default>(
             spikes.add(block.start / BLOCK, block_done.spikes << (block.start % BLOCK));
             spiking += block_done.spikes.count_ones();
         }
+    }
+    if !COUNTED {
+        return;
     }
     // All at once: costs that are not in the cache are fetched side by side.
     let messages = if spiking > 0 { plan.sends.cost(spikes.words()) } else { SendCost::default() };

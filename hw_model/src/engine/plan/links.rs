@@ -1,6 +1,6 @@
 //! For each core, where its spikes come from.
 
-use super::rows::{Layout, ListIs, SECOND_FORM};
+use super::rows::{Layout, ListIs};
 use crate::core_map::CoreMap;
 use crate::faults::Loss;
 
@@ -30,15 +30,20 @@ pub(in crate::engine) struct Delivery {
     pub(in crate::engine) at: u32,
     /// Added to every target.
     pub(in crate::engine) base: u16,
-    /// Synaptic operations, in a core of uniform rows, with [`SECOND_FORM`].
+    /// Synaptic operations, in a core of uniform rows, with [`SECOND_FORM`](super::SECOND_FORM).
     pub(in crate::engine) ops: u16,
 }
 
 impl Delivery {
-    /// Synaptic operations of the first form in the lower half, of the second in the upper.
+    /// Row in the lower half, base above it, operations on top: many are counted at once.
     #[inline(always)]
-    pub(in crate::engine) fn packed_ops(self) -> u64 {
-        u64::from(self.ops & !SECOND_FORM) << (self.ops / SECOND_FORM * 32)
+    pub(in crate::engine) fn packed(self) -> u64 {
+        u64::from(self.at) | u64::from(self.base) << 32 | u64::from(self.ops) << 48
+    }
+
+    #[inline(always)]
+    pub(in crate::engine) fn unpacked(packed: u64) -> Self {
+        Self { at: packed as u32, base: (packed >> 32) as u16, ops: (packed >> 48) as u16 }
     }
 }
 

@@ -94,8 +94,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError>
 pub fn check_writable(path: &Path) -> Result<(), ContainerError> {
     let io = |source| write_error(path, source);
     let Target::File(file) = target(path).map_err(io)? else { return Ok(()) };
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let probe = file.with_file_name(format!(".{name}.{}.probe.tmp", std::process::id()));
+    let probe = container::beside(&file, "probe.tmp");
     File::create(&probe).and_then(|_| fs::remove_file(&probe)).map_err(io)
 }
 

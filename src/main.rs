@@ -2,10 +2,8 @@
 
 mod cli;
 
-use clap::Parser;
-
 fn main() -> std::process::ExitCode {
-    match cli::run(cli::Args::parse()) {
+    match cli::run(cli::Args::read()) {
         Ok(verdict) => verdict.into(),
         Err(error) => {
             cli::complain(&error);

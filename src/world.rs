@@ -13,6 +13,7 @@ pub mod laser_fault;
 pub mod mover;
 pub mod pairs;
 pub mod robot;
+pub(crate) mod shown;
 #[cfg(test)]
 pub(crate) mod test_data;
 

@@ -4,7 +4,7 @@
 //! replaced: raise the version of every label when that happens.
 
 use std::io::{Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -15,6 +15,8 @@ use crate::error::ContainerError;
 /// Largest content that is read: an upper bound for hostile headers.
 const CONTENT_BYTES_MAX: usize = 1 << 30;
 const HEADER_BYTES: usize = 8 + 4 + 8 + 32;
+/// Of a file's name in that of a file beside it: at most 160 of the 255 bytes that are allowed.
+const BESIDE_CHARS: usize = 40;
 
 /// What identifies a kind of file.
 #[derive(Debug, Clone, Copy)]
@@ -124,8 +126,7 @@ pub fn read<T: DeserializeOwned>(kind: Kind, path: &Path) -> Result<T, Container
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError> {
     let io =
         |source| ContainerError::Io { file: path.display().to_string(), action: "write", source };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let partial = path.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
+    let partial = beside(path, "tmp");
     let written = std::fs::File::create(&partial)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&partial, path));
@@ -134,6 +135,13 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError>
         let _ = std::fs::remove_file(&partial);
         io(source)
     })
+}
+
+/// Name of a file of this process beside `path`, hidden and no longer than file systems allow.
+pub fn beside(path: &Path, ending: &str) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let start: String = name.chars().take(BESIDE_CHARS).collect();
+    path.with_file_name(format!(".{start}.{}.{ending}", std::process::id()))
 }
 
 fn printable(bytes: &[u8]) -> String {

@@ -1,9 +1,13 @@
 //! What can be typed.
 
+use std::fmt::Display;
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
-use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum, value_parser};
+use clap::builder::PossibleValuesParser;
+use clap::{
+    Arg, Args as ClapArgs, Command, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum,
+};
 use spikeloop::evaluate::{CONDITIONS, DEGRADATIONS};
 use spikeloop::nn::variant::VARIANTS;
 use spikeloop::report::reproduction::printed::TABLES;
@@ -22,8 +26,14 @@ const TICKS_MAX: usize = 1_000_000;
 const REPEATS_MAX: u64 = 1000;
 
 /// Whole numbers from 1 on.
-fn up_to(max: usize) -> RangedU64ValueParser<usize> {
-    RangedU64ValueParser::new().range(1..=max as u64)
+fn up_to<N>(max: N) -> impl Fn(&str) -> Result<N, String> + Clone
+where
+    N: Copy + Display + FromStr + From<u8> + PartialOrd,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| (N::from(1)..=max).contains(number));
+        number.ok_or_else(|| format!("{text} is not in 1..={max}"))
+    }
 }
 
 /// Compiles spiking controllers to a Loihi-like chip and flies the closed loop on the emulated
@@ -33,6 +43,24 @@ fn up_to(max: usize) -> RangedU64ValueParser<usize> {
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(super) verb: Verb,
+}
+
+impl Args {
+    /// What was typed. Ends the program with an error if that cannot be understood.
+    pub(crate) fn read() -> Self {
+        let matches = with_negative_numbers(Self::command()).get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// Options take numbers below zero for numbers, not for other options: the error then names what
+/// the option allows.
+fn with_negative_numbers(command: Command) -> Command {
+    let of_arg = |arg: Arg| {
+        let is_option = arg.get_long().is_some() && arg.get_action().takes_values();
+        if is_option { arg.allow_negative_numbers(true) } else { arg }
+    };
+    command.mut_args(of_arg).mut_subcommands(with_negative_numbers)
 }
 
 #[derive(Debug, Subcommand)]
@@ -98,10 +126,10 @@ pub(super) struct TrainArgs {
     #[arg(long, value_name = "N", global = true)]
     pub(super) seed: Option<u64>,
     /// Stop after this many rounds; the same command goes on from there
-    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..), global = true)]
+    #[arg(long, value_name = "N", value_parser = up_to(u64::MAX), global = true)]
     pub(super) rounds: Option<u64>,
     /// Rounds between checkpoints
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u64).range(1..), global = true)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = up_to(u64::MAX), global = true)]
     pub(super) checkpoint_every: u64,
 }
 
@@ -290,10 +318,10 @@ pub(super) struct DriveArgs {
     #[arg(long, default_value_t = 1, value_name = "S")]
     pub(super) seed: u64,
     /// Number of seeds, from --seed on
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = up_to(REPEATS_MAX))]
     pub(super) repeats: u64,
     /// Fastest wheel speed
-    #[arg(long, default_value_t = 0.5, value_name = "M_PER_S", allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.5, value_name = "M_PER_S")]
     pub(super) v_max: f64,
     /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds
     #[arg(long, default_value = "ideal", value_name = "PRESET")]
@@ -339,7 +367,7 @@ pub(super) struct FlightsArgs {
     #[arg(long, default_value_t = 1, value_name = "S")]
     pub(super) seed: u64,
     /// Number of seeds
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = value_parser!(u64).range(1..=REPEATS_MAX))]
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = up_to(REPEATS_MAX))]
     pub(super) seeds: u64,
     /// Threads, each flying trials of its own; all cores by default
     #[arg(long, value_name = "K", value_parser = up_to(THREADS_MAX))]
@@ -491,7 +519,7 @@ pub(super) struct CameraArgs {
     #[arg(long, default_value_t = 1, value_name = "S")]
     pub(super) seed: u64,
     /// Simulated time of each condition, in whole seconds
-    #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=2000))]
+    #[arg(long, default_value_t = 10, value_name = "N", value_parser = up_to(2000u64))]
     pub(super) seconds: u64,
     /// Fastest wheel speed
     #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
@@ -529,7 +557,7 @@ pub(super) struct Table5Args {
     #[arg(long, default_value = "map1", value_name = "FILE|NAME")]
     pub(super) arena: String,
     /// Simulated time to drive for, in whole seconds
-    #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=2000))]
+    #[arg(long, default_value_t = 10, value_name = "N", value_parser = up_to(2000u64))]
     pub(super) seconds: u64,
     /// Seed of all random streams, and of random weights
     #[arg(long, default_value_t = 1, value_name = "S")]

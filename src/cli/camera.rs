@@ -52,8 +52,7 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
     check_outputs(args.events.iter().chain(&args.json), inputs)?;
     say(header(Some(args.seed), &[]))?;
     if let Some(folder) = &args.frames {
-        std::fs::create_dir_all(folder)
-            .map_err(|e| format!("{}: cannot make the folder: {e}", folder.display()))?;
+        output::picture_folder(folder, "png", args.events.iter().chain(&args.json))?;
     }
     let empty = World::new(world.arena().clone().without_movers());
     let rest = stand(&empty, &pairs[0].start, args, &config)?;

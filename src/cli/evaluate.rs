@@ -162,8 +162,7 @@ impl<'a> Evaluation<'a> {
         evaluation.check_weights()?;
         evaluation.known = evaluation.read_state()?;
         if let Some(folder) = &args.plot {
-            std::fs::create_dir_all(folder)
-                .map_err(|e| format!("{}: cannot make the folder: {e}", folder.display()))?;
+            output::picture_folder(folder, "svg", args.json.iter().chain(&args.state))?;
             files::check_writable(&folder.join("picture.svg"))?;
         }
         Ok(evaluation)

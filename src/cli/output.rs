@@ -63,6 +63,30 @@ pub(super) fn check_outputs<'a>(
     Ok(())
 }
 
+/// Makes a folder for pictures; errs when an output is of their kind and lies there, where one of
+/// them could replace it.
+pub(super) fn picture_folder<'a>(
+    folder: &Path,
+    kind: &str,
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|e| format!("{}: cannot make the folder: {e}", folder.display()))?;
+    let picture = folder.join("picture");
+    for output in outputs {
+        let is_picture = output.extension().is_some_and(|is| is.eq_ignore_ascii_case(kind));
+        if is_picture && place(&output.with_file_name("picture")) == place(&picture) {
+            return Err(format!(
+                "{}: lies among the pictures of {}, which could replace it; write it elsewhere",
+                output.display(),
+                folder.display()
+            )
+            .into());
+        }
+    }
+    Ok(())
+}
+
 /// An input and what is read with it; of a network to be compiled, the network.
 fn read_with(input: &Path) -> Vec<PathBuf> {
     let input = input.to_str().map_or(input, |name| Path::new(network_of(name)));

@@ -180,7 +180,7 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
             ends.total(),
             updates as f64 / seconds
         ))?;
-        if training.round() % args.checkpoint_every == 0 || left == 0 {
+        if training.round() % args.checkpoint_every == 0 {
             folder.checkpoint(|state| training.write(state))?;
         }
     }
@@ -298,7 +298,7 @@ fn actor(
         say(actor_round(&mut training, &bar))?;
         left -= 1;
         select(&mut training, &folder)?;
-        if training.round() % args.checkpoint_every == 0 || left == 0 {
+        if training.round() % args.checkpoint_every == 0 {
             folder.checkpoint(|state| training.write(state))?;
             save_actor(&folder, weights, &training)?;
         }

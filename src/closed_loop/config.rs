@@ -5,6 +5,7 @@ use crate::world::dvs::{CameraConfig, CameraError};
 use crate::world::laser::LASER_NOISE_M;
 use crate::world::laser_fault::LaserFault;
 use crate::world::robot::{Actuators, ROBOT_RADIUS_M, WHEEL_SPEED_M_PER_S_MIN};
+use crate::world::shown::shown;
 
 /// What all trials of an evaluation have in common.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +46,7 @@ pub enum ConfigError {
         control_hz: u32,
     },
     /// A number outside of its range.
-    #[error("trial: {name} is {value}, must be {min}..={max}; change the trial's settings")]
+    #[error("trial: {name} is {}, must be {min}..={max}; change the trial's settings", shown(*value))]
     Range {
         /// Which setting, with its unit.
         name: &'static str,

@@ -13,6 +13,7 @@ use crate::train::rooms::RoomRules;
 use crate::train::selection::SelectionConfig;
 use crate::world::dvs::CameraConfig;
 use crate::world::robot::Actuators;
+use crate::world::shown::shown;
 
 /// What the population code of the DVS state covers, deviations.
 const LATENT_RANGE: (f32, f32) = (-3.0, 3.0);
@@ -29,7 +30,7 @@ pub enum TrainConfigError {
         message: String,
     },
     /// A number outside of its range.
-    #[error("{file}: {name} is {value}, must be {min}..={max}")]
+    #[error("{file}: {name} is {}, must be {min}..={max}", shown(*value))]
     Range {
         /// The file.
         file: String,

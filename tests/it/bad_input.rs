@@ -417,6 +417,28 @@ fn outputs_that_would_replace_an_input_or_each_other_are_refused() {
 }
 
 #[test]
+fn outputs_among_pictures_that_could_replace_them_are_refused() {
+    let folder = Folder::new();
+    let cases = [
+        "evaluate reflex --plot all --json all/r.svg",
+        "evaluate reflex --plot all --state ./all/s.SVG",
+        "camera --frames all --json all/../all/tick_00000.png",
+    ];
+    std::fs::create_dir(folder.path("all")).unwrap();
+    for line in cases {
+        refused(&folder, line, &["lies among the pictures of all, which could replace it"]);
+    }
+}
+
+#[test]
+fn a_name_as_long_as_the_file_system_allows_can_be_written() {
+    let folder = Folder::new();
+    let name = "n".repeat(251);
+    folder.good(&format!("arena map1 -o {name}.svg"));
+    assert_eq!(folder.names(), [format!("{name}.svg")]);
+}
+
+#[test]
 fn arenas_without_room_or_sense_are_refused() {
     let folder = Folder::new();
     let bounds = r#""arena": {"xmin": 0, "xmax": 9, "ymin": 0, "ymax": 9}"#;
@@ -475,12 +497,13 @@ fn settings_out_of_range_are_refused() {
     let cases = [
         ("drive reflex --v-max nan", "wheel speed (m/s) is NaN, must be 0.05..=10"),
         ("drive reflex --v-max -1", "wheel speed (m/s) is -1, must be 0.05..=10"),
-        ("drive reflex --v-max 1e30", "must be 0.05..=10"),
+        ("drive reflex --v-max 1e308", "wheel speed (m/s) is 1e308, must be 0.05..=10"),
         ("drive reflex --v-max fast", "invalid value 'fast' for '--v-max"),
         ("drive reflex --repeats 0", "'--repeats <N>': 0 is not in 1..=1000"),
         ("drive reflex --repeats 1001", "1001 is not in 1..=1000"),
         ("drive reflex --repeats 2 --seed 18446744073709551615", "take a smaller seed"),
         ("drive reflex --trials 0", "'--trials <N>': 0 is not in 1..=10000"),
+        ("drive reflex --trials -1", "'--trials <N>': -1 is not in 1..=10000"),
         ("drive reflex --trials 10001", "10001 is not in 1..=10000"),
         ("drive reflex --threads 0", "'--threads <K>': 0 is not in 1..=256"),
         ("drive reflex --threads 1000000", "1000000 is not in 1..=256"),

@@ -1,6 +1,7 @@
 //! Settings of the event camera.
 
 use crate::world::arena::HEIGHT_M_MIN;
+use crate::world::shown::shown;
 
 /// Smallest threshold of a pixel, ln units: the Gaussian's tail must not make a pixel fire always.
 pub const THRESHOLD_MIN: f64 = 0.01;
@@ -92,7 +93,7 @@ impl PixelConfig {
 
 /// A setting outside of its limits.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("event camera: {name} is {value}, must be {min}..={max}; change the camera's settings")]
+#[error("event camera: {name} is {}, must be {min}..={max}; change the camera's settings", shown(*value))]
 pub struct CameraError {
     /// Which setting, with its unit.
     pub name: &'static str,

@@ -2,6 +2,7 @@
 
 use super::{PAIRS_MAX, TRIES_MAX};
 use crate::world::bounded_file::FILE_BYTES_MAX;
+use crate::world::shown::shown;
 
 /// Pairs that cannot be read, do not fit the arena, or cannot be drawn. Trials count from 0.
 #[derive(Debug, thiserror::Error)]
@@ -104,7 +105,7 @@ pub enum PairsError {
         radius_m: f64,
     },
     /// Rules that cannot be followed.
-    #[error("pair rules: {name} is {value} m, must be 0..=1000 m")]
+    #[error("pair rules: {name} is {} m, must be 0..=1000 m", shown(*value))]
     Rule {
         /// Which rule.
         name: &'static str,

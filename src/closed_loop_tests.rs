@@ -177,7 +177,7 @@ fn settings_outside_of_their_limits_are_refused() {
     }
     assert_eq!(
         refuse(&TrialConfig { wheel_speed_m_per_s_max: 0.01, ..quiet() }, here),
-        "trial: wheel speed (m/s) is 0.01, must be 0.05..=10; change the trial's settings"
+        "trial: wheel speed (m/s) is 0.01, must be 0.05..=10; change it with --v-max"
     );
     let named = [
         (TrialConfig { ticks_max: 0, ..quiet() }, "tick limit is 0"),

@@ -42,7 +42,12 @@ fn a_voltage_too_narrow_for_a_threshold_says_so() {
     let narrow = Variant { voltage_bits: 12, ..Variant::default() };
     let error = narrow.compile(&laser_only()).unwrap_err().to_string();
     assert!(error.starts_with("layer "), "{error}");
-    assert!(error.contains("must be 1..=31; the threshold is too large"), "{error}");
+    assert!(
+        error.contains(
+            "must be 1..=31; it is too large beside the weights for the chip's registers"
+        ),
+        "{error}"
+    );
     let none = Variant { voltage_bits: 2, ..Variant::default() };
     let error = none.compile(&laser_only()).unwrap_err().to_string();
     assert!(error.contains("arithmetic.threshold_mantissa_bits = 0"), "{error}");

@@ -85,9 +85,10 @@ pub struct Arithmetic {
 }
 
 impl Arithmetic {
-    /// Largest threshold mantissa.
+    /// Largest threshold mantissa: the register holds it, and voltages reach beyond it.
     pub fn threshold_mantissa_max(&self) -> u32 {
-        (1 << self.threshold_mantissa_bits) - 1
+        let voltage_bits = self.voltage_bits.saturating_sub(self.threshold_shift);
+        (1 << self.threshold_mantissa_bits.min(voltage_bits)) - 1
     }
 
     /// Largest magnitude of a bias mantissa.
@@ -184,7 +185,11 @@ impl ChipSpec {
         let mesh_cores = u64::from(self.mesh.tiles_x)
             * u64::from(self.mesh.tiles_y)
             * u64::from(self.mesh.cores_per_tile);
-        self.within("limits.cores", l.cores.into(), 1, mesh_cores.min(16_384))?;
+        if u64::from(l.cores) > mesh_cores {
+            let limit = format!("1..={mesh_cores} (mesh: tiles_x * tiles_y * cores_per_tile)");
+            return Err(self.out_of_range("limits.cores", l.cores.to_string(), limit));
+        }
+        self.within("limits.cores", l.cores.into(), 1, 16_384)?;
         self.within("limits.compartments_per_core", l.compartments_per_core.into(), 1, 16_384)?;
         self.within("limits.input_axons_per_core", l.input_axons_per_core.into(), 1, 65_535)?;
         self.within("limits.output_axons_per_core", l.output_axons_per_core.into(), 1, 1 << 24)?;
@@ -212,7 +217,15 @@ impl ChipSpec {
         self.within("packing.delay_bits", self.packing.delay_bits.into(), 0, 6)?;
         self.within("packing.tag_bits", self.packing.tag_bits.into(), 0, 9)?;
         self.finite("static_power.chip_mw", self.static_power.chip_mw)?;
-        for table in &self.cost_tables {
+        for (index, table) in self.cost_tables.iter().enumerate() {
+            if self.cost_tables[..index].iter().any(|other| other.name == table.name) {
+                let field = format!("cost_tables[{index}].name");
+                return Err(self.out_of_range(
+                    &field,
+                    table.name.clone(),
+                    "a name that no other cost table has".to_owned(),
+                ));
+            }
             for (field, value) in table.numbers() {
                 self.finite(&format!("cost_tables.{}.{field}", table.name), value)?;
             }

@@ -43,11 +43,20 @@ fn numbers_out_of_range_name_field_value_and_limit() {
     );
     assert_eq!(
         changed("cores = 128", "cores = 129").unwrap_err().to_string(),
-        "chip loihi1: limits.cores = 129, must be 1..=128; correct the chip file"
+        "chip loihi1: limits.cores = 129, must be 1..=128 (mesh: tiles_x * tiles_y * cores_per_tile); correct the chip file"
     );
     assert_eq!(
         changed("chip_mw = 104.0", "chip_mw = nan").unwrap_err().to_string(),
         "chip loihi1: static_power.chip_mw = NaN, must be a number in 0..=1e9; correct the chip file"
+    );
+}
+
+#[test]
+fn cost_tables_of_one_name_are_refused() {
+    assert_eq!(
+        changed("name = \"sanafe\"", "name = \"davies2018\"").unwrap_err().to_string(),
+        "chip loihi1: cost_tables[1].name = davies2018, must be a name that no other cost table \
+         has; correct the chip file"
     );
 }
 

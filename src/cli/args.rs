@@ -221,6 +221,9 @@ pub(super) struct CompileArgs {
     /// san, san-nearest
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
+    /// Bits of a stored weight, 8 if not given (mixed signs: with the sign)
+    #[arg(long, value_name = "N", value_parser = up_to(8u8))]
+    pub(super) weight_bits: Option<u8>,
     /// How an EEM-SAN's encoder and decision module share the chip's steps: held (the default), or
     /// streaming
     #[arg(long, value_enum)]
@@ -271,7 +274,8 @@ pub(super) enum EngineArg {
 pub(super) struct RunArgs {
     /// Core map
     pub(super) map: PathBuf,
-    /// Input spikes (.npz): arrays PORT_t and PORT_i for each port
+    /// Input spikes (.npz): arrays PORT_t (steps) and PORT_i (lines) for each port that `inspect`
+    /// lists; nothing is added, not even what a network's biases need
     #[arg(long, value_name = "IN.npz")]
     pub(super) spikes: PathBuf,
     /// Chip steps; the default is the last input step and one more for each population
@@ -296,10 +300,11 @@ pub(super) struct RunArgs {
 pub(super) struct DriveArgs {
     /// What drives, each in turn on the same trials: core maps (chip), description files (.toml),
     /// EEM-SANs (.safetensors) or built-in names (float), `straight`, `planner` (knows
-    /// everything), `planner-camera`, `planner-laser` (know what sensors show of the movers)
+    /// everything), `planner-camera`, `planner-laser` (know what sensors show of the movers);
+    /// chip:NETWORK compiles one first, for loihi1 by the policy nearest
     #[arg(required = true, value_name = "MAP|NETWORK")]
     pub(super) drivers: Vec<String>,
-    /// Weights of the networks that are not core maps
+    /// Weights of the networks with descriptions, in place of those that the descriptions name
     #[arg(long, value_name = "FILE")]
     pub(super) weights: Option<PathBuf>,
     /// Arena file, or a built-in name (courtyard, courtyard-moving, map1, map2, train1..train4)
@@ -376,7 +381,8 @@ pub(super) struct FlightsArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(super) struct EvaluateArgs {
-    /// What drives: everything that `drive` takes; chip:NETWORK compiles it first
+    /// What drives: everything that `drive` takes; chip:NETWORK compiles it first, for loihi1 by the
+    /// policy nearest (compile it with others, and give the core map)
     #[arg(default_values = ["eem-san", "laser-only", "straight"], value_name = "NETWORK")]
     pub(super) networks: Vec<String>,
     /// Weights of the networks that take some

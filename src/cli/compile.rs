@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hw_model::ChipSpec;
+use hw_model::error::ChipError;
 use spikeloop::compile::Policy;
 use spikeloop::files;
 use spikeloop::host::{Deployment, Schedule};
@@ -33,6 +34,7 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
+        let policy = args.weight_bits.map_or(Ok(policy), |bits| policy.with_weight_bits(bits))?;
         let cores = args.neurons_per_core;
         let network = builtin::open(&args.network, weights)?;
         let schedule = match (&network, args.schedule) {
@@ -52,6 +54,13 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         )
         .into());
     }
+    if let Some(bits) = args.weight_bits {
+        return Err(format!(
+            "{}: --weight-bits {bits} cannot apply, the weights are integers already; leave it out",
+            args.network
+        )
+        .into());
+    }
     Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, args.neurons_per_core)?)
 }
 
@@ -65,7 +74,16 @@ fn chip(name: &str) -> Result<ChipSpec, Failure> {
     let named = ChipSpec::named(name);
     let path = Path::new(name);
     if named.is_err() && (path.extension().is_some() || path.exists()) {
-        return Ok(ChipSpec::parse(name, &files::read_text(path)?)?);
+        let chip = ChipSpec::parse(name, &files::read_text(path)?);
+        let mut chip = chip.map_err(|error| match error {
+            error @ ChipError::OutOfRange { .. } => Failure::from(format!("{name}: {error}")),
+            error => error.into(),
+        })?;
+        // What is not the built-in chip is not called so, whatever its file says.
+        if ChipSpec::named(&chip.name).is_ok_and(|known| known != chip) {
+            chip.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        return Ok(chip);
     }
     Ok(named?)
 }

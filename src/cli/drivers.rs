@@ -32,7 +32,20 @@ pub(super) fn drivers(
     engine: EngineKind,
 ) -> Result<Vec<Driver>, Failure> {
     check_weights(names, weights)?;
-    names.iter().map(|name| driver(name, weights, engine)).collect()
+    let drivers = names.iter().map(|name| driver(name, weights, engine));
+    let mut drivers = drivers.collect::<Result<Vec<Driver>, Failure>>()?;
+    tell_apart(&mut drivers, names);
+    Ok(drivers)
+}
+
+/// Adds what was typed to labels that several of the drivers have.
+fn tell_apart(drivers: &mut [Driver], names: &[String]) {
+    let labels: Vec<String> = drivers.iter().map(|driver| driver.label.clone()).collect();
+    for (driver, name) in drivers.iter_mut().zip(names) {
+        if labels.iter().filter(|label| **label == driver.label).count() > 1 {
+            driver.label = format!("{}, {name}", driver.label);
+        }
+    }
 }
 
 /// Errs for weights that none of the drivers takes.

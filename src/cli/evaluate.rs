@@ -15,6 +15,7 @@ use spikeloop::report::results::{
     ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
 };
 use spikeloop::report::success::{Cell, CellKey, SuccessSettings, SuccessTable, success_table};
+use spikeloop::report::tables::overflow_line;
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::{Arena, EVALUATION_SEED};
@@ -44,6 +45,16 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<Verdict, Failure> {
         say("per decision on the emulated chip, mean of all seeds:")?;
         say(energy)?;
         say(ENERGY_NOTE)?;
+    }
+    for cell in &table.cells {
+        if let Some(line) = cell.summary.chip.as_ref().and_then(overflow_line) {
+            let (network, map) = (&cell.network, &cell.map);
+            let (condition, seed) = (&cell.condition, cell.seed);
+            let under = cell.degraded.as_ref().map_or_else(String::new, |it| format!(", {it}"));
+            say(format_args!(
+                "{network}, {map}, {condition}{under}, seed {seed}: registers overflowed: {line}"
+            ))?;
+        }
     }
     if let Some(path) = &args.json {
         output::write(path, &serde_json::to_vec_pretty(&table)?)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use hw_model::core_map::Core;
+use hw_model::core_map::{Core, HostPort};
 use hw_model::id::CoreId;
 use hw_model::{CoreMap, EventEngine, MemoryUse};
 use serde_json::json;
@@ -57,7 +57,7 @@ fn activity(path: &Path, map: &CoreMap) -> Result<CoreActivity, Failure> {
 fn layers(map: &CoreMap) -> String {
     let of_cores = map.utilization();
     let mut table =
-        plain(&["layer", "neurons", "cores", "stored synapses", "synapse words", "in axons"]);
+        plain(&["layer", "neurons", "on cores", "stored synapses", "synapse words", "in axons"]);
     for (index, population) in map.populations().iter().enumerate() {
         let cores = cores_of(map, index);
         let sum = |of: fn(&hw_model::core_map::CoreUse) -> u64| -> String {
@@ -153,12 +153,29 @@ pub(super) fn table(deployment: &Deployment) -> String {
         let (chip_steps, steps) = (program.decision_steps, program.steps);
         format!("{encoder}, {chip_steps} chip steps per decision (T = {steps})")
     });
-    format!("cores {usage}{steps}\n{table}")
+    format!("cores {usage}{steps}\nports: {}\n{table}", ports(deployment))
+}
+
+/// Where spikes come in, and when those of biases must.
+fn ports(deployment: &Deployment) -> String {
+    let program = deployment.program.as_ref();
+    let port = |(index, port): (usize, &HostPort)| {
+        let biases = program.filter(|program| program.bias_port as usize == index);
+        let when = biases.map_or_else(String::new, |program| {
+            let starts: Vec<String> = program.bias_starts.iter().map(u32::to_string).collect();
+            let (starts, steps) = (starts.join(", "), program.steps);
+            format!(": line by line on for {steps} steps of a decision, from step {starts} on")
+        });
+        format!("{} ({} lines{when})", port.name, port.lines)
+    };
+    let ports: Vec<String> = deployment.map.ports().iter().enumerate().map(port).collect();
+    if ports.is_empty() { "none".to_owned() } else { ports.join(", ") }
 }
 
 /// The plan, and what a picture does not need.
 fn as_json(deployment: &Deployment) -> Result<serde_json::Value, Failure> {
-    let port = |p: &hw_model::core_map::HostPort| json!({ "name": p.name, "lines": p.lines, "messages": p.targets.len() });
+    let port =
+        |p: &HostPort| json!({ "name": p.name, "lines": p.lines, "messages": p.targets.len() });
     let mut json = serde_json::to_value(ChipPlan::new(deployment))?;
     json["revision"] = json!(REVISION);
     json["ports"] = deployment.map.ports().iter().map(port).collect();

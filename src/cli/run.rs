@@ -30,11 +30,17 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
     let map = Arc::clone(&deployment.map);
-    let spikes = read_spikes(&map, args)?;
+    let mut spikes = read_spikes(&map, args)?;
+    let given = spikes.len();
+    spikes.dedup();
     let steps = steps(&map, args, &spikes)?;
     say(header(None, &[(deployment.network.clone(), digest.clone())]))?;
     let late = spikes.len() - spikes.partition_point(|spike| spike.0 < steps as u64);
     say(format_args!("{} input spikes, {late} of them after the last step", spikes.len()))?;
+    if spikes.len() < given {
+        let again = given - spikes.len();
+        say(format_args!("{again} more are there already: a line spikes once in a step"))?;
+    }
     let mut engine: Box<dyn Engine> = match args.engine {
         EngineArg::Event => {
             Box::new(EventEngine::with_threads_at_most(Arc::clone(&map), args.threads))

@@ -15,6 +15,7 @@ use spikeloop::report::study::{
 };
 use spikeloop::report::study_picture::study_picture;
 use spikeloop::report::success::SuccessSettings;
+use spikeloop::report::tables::overflow_line;
 use spikeloop::study::{AXES, Axis, Variant, VariantError};
 use spikeloop::world::arena::EVALUATION_SEED;
 use spikeloop::world::dvs::CameraConfig;
@@ -234,7 +235,12 @@ impl<'a> Study<'a> {
         let wall_s = started.elapsed().as_secs_f64();
         let summary = DriverResult::new(driver, seed, &flown, wall_s).summary;
         let (success, trials) = (summary.success, summary.trials);
-        bar.suspend(|| say(format_args!("{name}: {success} of {trials} ({wall_s:.1} s)")))?;
+        let overflow = summary.chip.as_ref().and_then(overflow_line);
+        let overflow =
+            overflow.map_or_else(String::new, |it| format!(", registers overflowed: {it}"));
+        bar.suspend(|| {
+            say(format_args!("{name}: {success} of {trials} ({wall_s:.1} s){overflow}"))
+        })?;
         Ok(Tried::new(REVISION, &flown, summary))
     }
 

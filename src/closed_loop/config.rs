@@ -46,7 +46,7 @@ pub enum ConfigError {
         control_hz: u32,
     },
     /// A number outside of its range.
-    #[error("trial: {name} is {}, must be {min}..={max}; change the trial's settings", shown(*value))]
+    #[error("trial: {name} is {}, must be {min}..={max}; change it{}", shown(*value), by_option(name))]
     Range {
         /// Which setting, with its unit.
         name: &'static str,
@@ -102,6 +102,15 @@ impl TrialConfig {
         in_range("robot radius (m)", self.robot_radius_m, 0.01, 10.0)?;
         in_range("laser noise (m)", self.laser_noise_m, 0.0, 10.0)?;
         Ok(self.camera.as_ref().map_or(Ok(()), CameraConfig::check)?)
+    }
+}
+
+/// The option of the command line that a setting has, for the end of an error.
+fn by_option(name: &str) -> &'static str {
+    match name {
+        "wheel speed (m/s)" => " with --v-max",
+        "tick limit" => " with --ticks-max",
+        _ => "",
     }
 }
 

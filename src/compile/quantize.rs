@@ -111,7 +111,7 @@ fn threshold_mantissa(layer: &Layer, scale: f64, chip: &ChipSpec) -> Result<u32,
         let advice = if mantissa < 1 {
             "the threshold is too small beside the weights: train it to stay above 0, or prune the largest weights"
         } else {
-            "the threshold is too large beside the weights: the layer can hardly fire"
+            "it is too large beside the weights for the chip's registers of thresholds and voltages: take a chip with wider ones, or train a lower threshold"
         };
         CompileError::Threshold { layer, threshold, mantissa, limit, advice }
     })

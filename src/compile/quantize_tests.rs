@@ -66,7 +66,9 @@ fn a_threshold_without_a_mantissa_names_layer_and_value() {
     );
     let error = quantized(&layer(vec![1e-4], vec![0.0], 1.0), "san").unwrap_err().to_string();
     assert!(
-        error.contains("-> mantissa 2550000, must be 1..=131071; the threshold is too large"),
+        error.contains(
+            "-> mantissa 2550000, must be 1..=131071; it is too large beside the weights"
+        ),
         "{error}"
     );
     let error = quantized(&layer(vec![1.0], vec![0.0], -0.031), "nearest").unwrap_err().to_string();

@@ -197,12 +197,13 @@ impl Deployment {
         })
     }
 
-    /// SHA-256 of what decides how it drives: the core map's own digest, but for an EEM-SAN, whose
-    /// host has weights and a schedule of its own.
+    /// SHA-256 of what decides how it drives: the core map and the host's program, which has codes,
+    /// windows and schedules of its own. Without a program it is the core map's own digest.
     pub fn digest(&self) -> String {
-        match &self.eem_san {
-            None => self.map.digest(),
-            Some(program) => container::digest(&(self.map.digest(), program)),
+        match (&self.program, &self.eem_san) {
+            (_, Some(program)) => container::digest(&(self.map.digest(), program)),
+            (Some(program), None) => container::digest(&(self.map.digest(), program)),
+            (None, None) => self.map.digest(),
         }
     }
 

@@ -114,3 +114,14 @@ fn sha256(bytes: &[u8]) -> Vec<u8> {
     use sha2::Digest;
     sha2::Sha256::digest(bytes).to_vec()
 }
+
+#[test]
+fn the_digest_is_of_the_hosts_program_as_well() {
+    let deployment = deployment();
+    let mut other = deployment.clone();
+    other.program.as_mut().unwrap().steps += 1;
+    assert_eq!(other.map.digest(), deployment.map.digest());
+    assert_ne!(other.digest(), deployment.digest());
+    let bare = Deployment { program: None, ..deployment };
+    assert_eq!(bare.digest(), bare.map.digest());
+}

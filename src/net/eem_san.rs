@@ -231,6 +231,9 @@ impl EemSan {
     /// kind.
     pub fn from_bytes(name: &str, file: &str, bytes: &[u8]) -> Result<Self, NetError> {
         let tensors = tensors::open(file, bytes)?;
+        if !tensors.names().iter().any(|name| name.starts_with("actor.")) {
+            return Err(NetError::NotEemSan { file: file.to_owned() });
+        }
         let parts = Parts { file, tensors: &tensors };
         let encoder = parts.encoder("hsvae.")?;
         let dynamic = parts.dynamic()?;

@@ -38,6 +38,15 @@ pub enum NetError {
         /// The file.
         file: String,
     },
+    /// Weights of something else where an EEM-SAN is expected.
+    #[error(
+        "{file}: holds no tensor of an EEM-SAN's actor (actor.*); weights of a network of your own go \
+         with a description (.toml) that names them"
+    )]
+    NotEemSan {
+        /// The file.
+        file: String,
+    },
     /// An EEM-SAN where a network with a description is expected.
     #[error(
         "{name}: is an EEM-SAN, and a network with a description is expected here; \
@@ -65,8 +74,8 @@ pub enum NetError {
     },
     /// The description names no weights file and none was given.
     #[error(
-        "{file}: names no weights file; give one with --weights FILE where there is that option, or \
-         a description that names one"
+        "{file}: names no weights file; give one with --weights FILE where there is that option, or, in \
+         a description of your own, by a line `weights = \"FILE.safetensors\"` above its first [table]"
     )]
     NoWeights {
         /// The description.

@@ -4,7 +4,8 @@ use comfy_table::{CellAlignment, Table, presets};
 
 use crate::report::results::{ChipResult, DriveResult, DriverResult};
 
-/// How it went: one row per driver and seed.
+/// How it went: one row per driver and seed. Paths and times are means of the trials that reached
+/// the goal.
 pub fn outcome_table(drivers: &[DriverResult]) -> Table {
     let mut table = plain(&[
         "driver",
@@ -12,21 +13,22 @@ pub fn outcome_table(drivers: &[DriverResult]) -> Table {
         "success",
         "collision",
         "time-out",
-        "path (m)",
-        "time (s)",
+        "path to goal (m)",
+        "time to goal (s)",
         "decisions",
         "decisions/s",
     ]);
     for driver in drivers {
         let s = &driver.summary;
+        let of_successes = |mean: String| if s.success > 0 { mean } else { "-".to_owned() };
         table.add_row([
             driver.label.clone(),
             driver.seed.to_string(),
             format!("{}/{}", s.success, s.trials),
             s.collision.to_string(),
             s.time_out.to_string(),
-            format!("{:.2}", s.path_m_mean),
-            format!("{:.1}", s.time_s_mean),
+            of_successes(format!("{:.2}", s.path_m_mean)),
+            of_successes(format!("{:.1}", s.time_s_mean)),
             s.decisions.to_string(),
             format!("{:.0}", driver.decisions_per_s),
         ]);

@@ -132,7 +132,7 @@ fn draws_that_cannot_succeed_end_with_an_error() {
     assert_eq!(
         generate(&full, 1, PairRules::default()).unwrap_err().to_string(),
         "arena field has no free start: 10000 tries (TRIES_MAX), none 0.5 m clear of everything; \
-         ask for less clearance"
+         take obstacles out of it, or give pairs of your own (--pairs)"
     );
     let far = PairRules { distance_m_min: 30.0, clearance_m: 0.5 };
     assert_eq!(

@@ -221,7 +221,12 @@ fn chip_with(folder: &Folder, from: &str, to: &str) {
 #[test]
 fn over_full_chips_name_layer_resource_value_limit_and_a_way_out() {
     let folder = Folder::new();
-    let cases: [(&str, &str, &[&str]); 6] = [
+    let cases: [(&str, &str, &[&str]); 7] = [
+        (
+            "voltage_bits = 23",
+            "voltage_bits = 11",
+            &["layer pools: threshold 1 -> mantissa 63, must be 1..=31; it is too large beside"],
+        ),
         (
             "input_axons_per_core = 4096",
             "input_axons_per_core = 4",

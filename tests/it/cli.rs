@@ -142,6 +142,41 @@ fn compile_writes_equal_files_each_time_and_other_ones_for_another_policy() {
 }
 
 #[test]
+fn compile_rounds_weights_to_fewer_bits() {
+    let folder = Folder::new();
+    folder.good("compile reflex --weight-bits 4 -o four.map");
+    folder.good("compile reflex --weight-bits 8 -o eight.map");
+    folder.good("compile reflex -o reflex.map");
+    let inspected = |map: &str| -> Value {
+        serde_json::from_str(&folder.good(&format!("inspect {map} --json")).out).unwrap()
+    };
+    assert_eq!(inspected("four.map")["policy"], "nearest-4");
+    assert!(folder.read("eight.map") == folder.read("reflex.map"));
+}
+
+#[test]
+fn inspect_lists_the_ports_and_when_biases_must_spike() {
+    let folder = Folder::new();
+    let ports = "ports: in (24 lines), bias (2 lines: line by line on for 16 steps of a decision, \
+                 from step 0, 1 on)";
+    assert!(reflex_map(&folder).out.contains(ports));
+    assert!(folder.good("inspect reflex.map").out.contains(ports));
+}
+
+#[test]
+fn drivers_of_one_name_are_told_apart_by_what_was_typed() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    folder.good("compile reflex --neurons-per-core 1 -o wide.map");
+    folder.good("drive reflex.map wide.map reflex --trials 1 --json r.json");
+    let drivers = folder.json("r.json")["drivers"].clone();
+    let label = |index: usize| drivers[index]["label"].as_str().unwrap().to_owned();
+    assert_eq!(label(0), "reflex chip (nearest), reflex.map");
+    assert_eq!(label(1), "reflex chip (nearest), wide.map");
+    assert_eq!(label(2), "reflex float");
+}
+
+#[test]
 fn compile_of_san_with_its_weights_reports_the_published_scale() {
     let Some(weights) = shared_text("san/san_sddpg_bw5.safetensors") else { return };
     let folder = Folder::new();
@@ -250,7 +285,7 @@ fn a_convolutional_network_goes_through_files_and_gives_the_golden_spikes() {
         assert!(row.contains(digest.as_str().unwrap()), "{row}");
     }
     let about = folder.good("inspect conv.map").out;
-    let layer = "| c2    |   32768 |  64-95 |         1935360 |        275520 |    87360 |";
+    let layer = "| c2    |   32768 |    64-95 |         1935360 |        275520 |    87360 |";
     assert!(about.contains(layer), "{about}");
     let about: Value = serde_json::from_str(&folder.good("inspect conv.map --json").out).unwrap();
     assert_eq!(about["populations"][0]["cores"], 64);
@@ -334,6 +369,16 @@ pub(crate) fn reflex_spikes(steps: &[i32], lines: &[i32]) -> Vec<u8> {
     let arrays =
         [array("in_t", steps), array("in_i", lines), array("bias_t", &[]), array("bias_i", &[])];
     spikeloop::npz::to_bytes(&arrays).unwrap()
+}
+
+#[test]
+fn a_spike_that_is_given_twice_is_one_and_said_to_be() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    folder.write("in.npz", reflex_spikes(&[3, 0, 3, 3], &[6, 6, 6, 6]));
+    let ran = folder.good("run reflex.map --spikes in.npz");
+    assert!(ran.out.contains("2 input spikes, 0 of them after the last step"), "{}", ran.out);
+    assert!(ran.out.contains("2 more are there already"), "{}", ran.out);
 }
 
 #[test]

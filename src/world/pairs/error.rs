@@ -115,7 +115,7 @@ pub enum PairsError {
     /// No point was clear of obstacles.
     #[error(
         "arena {arena} has no free start: {limit} tries (TRIES_MAX), none {clearance_m} m clear of \
-         everything; ask for less clearance",
+         everything; take obstacles out of it, or give pairs of your own (--pairs)",
         limit = TRIES_MAX
     )]
     NoFreeStart {

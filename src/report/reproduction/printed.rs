@@ -38,6 +38,9 @@ const BDETT: &[&str] = &["compare/bdett", "compare/bdett-2", "compare/bdett-3"];
 const EEM_SAN: &[&str] = &["compare/eem-san", "compare/eem-san-2", "compare/eem-san-3"];
 const LASER_ONLY: &[&str] = &["compare/laser-only", "compare/laser-only-2", "compare/laser-only-3"];
 const NAIVE: &[&str] = &["compare/naive", "compare/naive-2", "compare/naive-3"];
+const FIXED_0_3: &[&str] = &["compare/fixed-0.3", "compare/fixed-0.3-2", "compare/fixed-0.3-3"];
+const LEARNED_0_3: &[&str] =
+    &["compare/learned-0.3", "compare/learned-0.3-2", "compare/learned-0.3-3"];
 const FIXED_0_5: &[&str] = &["compare/fixed-0.5", "compare/fixed-0.5-2", "compare/fixed-0.5-3"];
 
 const NOTHING: [[Option<f64>; 2]; 3] = [[None; 2]; 3];
@@ -108,8 +111,8 @@ pub const THRESHOLDS: PrintedTable = PrintedTable {
     conditions: &["dynamic-1.0"],
     maps: &["map1"],
     rows: &[
-        PrintedRow { label: "fixed, 0.3", networks: &["compare/fixed-0.3"], printed: NOTHING },
-        PrintedRow { label: "learned, 0.3", networks: &["compare/learned-0.3"], printed: NOTHING },
+        PrintedRow { label: "fixed, 0.3", networks: FIXED_0_3, printed: NOTHING },
+        PrintedRow { label: "learned, 0.3", networks: LEARNED_0_3, printed: NOTHING },
         PrintedRow { label: "fixed, 0.5", networks: FIXED_0_5, printed: NOTHING },
         PrintedRow { label: "learned, 0.5", networks: EEM_SAN, printed: NOTHING },
         PrintedRow { label: "fixed, 0.7", networks: &["compare/fixed-0.7"], printed: NOTHING },

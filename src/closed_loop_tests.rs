@@ -171,7 +171,7 @@ fn settings_outside_of_their_limits_are_refused() {
             refuse(&TrialConfig { control_hz, ..quiet() }, here),
             format!(
                 "control rate {control_hz} Hz must divide the physics rate of 100 Hz \
-                 (PHYSICS_HZ); SAN uses 10, EEM-SAN 20"
+                 (PHYSICS_HZ); SAN uses 10, EEM-SAN 20 (--control-hz)"
             )
         );
     }

@@ -33,7 +33,7 @@ pub enum FlyError {
     /// The network takes more or fewer event frames per control tick than there are.
     #[error(
         "{driver}: control rate {control_hz} Hz gives {frames} event frames per control tick, \
-         {FRAMES_PER_TICK} needed (FRAMES_PER_TICK); drive at {} Hz",
+         {FRAMES_PER_TICK} needed (FRAMES_PER_TICK); drive at {} Hz (--control-hz)",
         PHYSICS_HZ as usize / FRAMES_PER_TICK
     )]
     Frames {

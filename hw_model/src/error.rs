@@ -14,9 +14,7 @@ pub enum ChipError {
         message: String,
     },
     /// No built-in chip has this name.
-    #[error(
-        "chip {chip}: no such built-in chip (there is: loihi1); give the path of a .toml file instead"
-    )]
+    #[error("chip {chip}: no such built-in chip (there is: loihi1)")]
     Unknown {
         /// The name asked for.
         chip: String,

@@ -31,7 +31,7 @@ fn an_unknown_key_is_refused_with_its_line() {
 fn an_unknown_name_says_what_there_is() {
     assert_eq!(
         ChipSpec::named("loihi9").unwrap_err().to_string(),
-        "chip loihi9: no such built-in chip (there is: loihi1); give the path of a .toml file instead"
+        "chip loihi9: no such built-in chip (there is: loihi1)"
     );
 }
 

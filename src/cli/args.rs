@@ -24,6 +24,8 @@ const THREADS_MAX: usize = 256;
 /// Most control ticks of a comparison.
 const TICKS_MAX: usize = 1_000_000;
 const REPEATS_MAX: u64 = 1000;
+/// Forms of pictures that are not written.
+const OTHER_PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "gif", "webp", "pdf", "eps"];
 
 /// Whole numbers from 1 on.
 fn up_to<N>(max: N) -> impl Fn(&str) -> Result<N, String> + Clone
@@ -33,6 +35,17 @@ where
     move |text| {
         let number = text.parse().ok().filter(|number| (N::from(1)..=max).contains(number));
         number.ok_or_else(|| format!("{text} is not in 1..={max}"))
+    }
+}
+
+/// A picture's name, which must not promise what is not written.
+fn svg_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let other =
+        path.extension().filter(|is| OTHER_PICTURES.iter().any(|it| is.eq_ignore_ascii_case(it)));
+    match other {
+        Some(_) => Err(format!("{text}: pictures are written as SVG; let the name end in .svg")),
+        None => Ok(path),
     }
 }
 
@@ -247,7 +260,7 @@ pub(super) struct InspectArgs {
     #[arg(long)]
     pub(super) dump: bool,
     /// Draw the chip, its cores coloured by layer and by use of synapse memory
-    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "dump"])]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["json", "dump"])]
     pub(super) picture: Option<PathBuf>,
     /// Colour it by what the cores did as well: result of `run`, `drive` or `agree --json`
     #[arg(long, value_name = "RESULT.json", requires = "picture")]
@@ -350,7 +363,7 @@ pub(super) struct DriveArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
     /// Picture of the trajectories (.svg)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = svg_path)]
     pub(super) plot: Option<PathBuf>,
     /// Write down a trial of the last driver, tick by tick, for `report` to play; it is flown once
     /// more for that
@@ -469,7 +482,7 @@ pub(super) struct StudyArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
     /// Picture to write (.svg): a plot for each axis
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = svg_path)]
     pub(super) plot: Option<PathBuf>,
 }
 
@@ -479,7 +492,7 @@ pub(super) struct ArenaArgs {
     #[arg(value_name = "FILE|NAME")]
     pub(super) arena: String,
     /// Picture to write (.svg)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = svg_path)]
     pub(super) output: PathBuf,
 }
 
@@ -492,7 +505,7 @@ pub(super) struct ThresholdsArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) weights: Option<PathBuf>,
     /// Picture to write (.svg)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = svg_path)]
     pub(super) output: Option<PathBuf>,
     /// Thresholds to write
     #[arg(long, value_name = "FILE")]
@@ -635,7 +648,7 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
     /// A still picture (.svg) of the first replay
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = svg_path)]
     pub(super) picture: Option<PathBuf>,
     /// Control tick of the picture [default: the middle of the trial]
     #[arg(long, value_name = "N", requires = "picture")]

@@ -85,5 +85,5 @@ fn chip(name: &str) -> Result<ChipSpec, Failure> {
         }
         return Ok(chip);
     }
-    Ok(named?)
+    named.map_err(|error| format!("{error}; or give the path of a .toml file").into())
 }

@@ -38,7 +38,7 @@ pub enum ConfigError {
     /// The control rate does not divide the physics rate.
     #[error(
         "control rate {control_hz} Hz must divide the physics rate of {limit} Hz (PHYSICS_HZ); \
-         SAN uses 10, EEM-SAN 20",
+         SAN uses 10, EEM-SAN 20 (--control-hz)",
         limit = PHYSICS_HZ
     )]
     ControlRate {

@@ -225,12 +225,14 @@ impl Placer<'_> {
             .collect();
         let largest =
             self.graph.populations.iter().zip(&self.parts).max_by_key(|(_, parts)| parts.len());
-        let advice = largest.map_or_else(String::new, |(population, _)| {
+        let shrink = largest.filter(|(_, parts)| parts.len() > 1).map(|(population, _)| {
             format!(
-                "make {} smaller, which takes most, allow more neurons per core, or use a chip with more or larger cores",
+                "make {} smaller, which takes most, allow more neurons per core, or ",
                 population.name
             )
         });
+        let shrink = shrink.unwrap_or_default();
+        let advice = format!("{shrink}use a chip with more or larger cores");
         let (chip, breakdown) = (self.chip.name.clone(), breakdown.join(", "));
         Err(CompileError::Cores { needed, limit, chip, breakdown, advice })
     }

@@ -144,6 +144,11 @@ fn check(file: &str, d: &Description) -> Result<(), NetError> {
         }
     }
     for layer in &d.layers {
+        let fits = |byte: u8| byte.is_ascii_graphic() && byte != b';';
+        if !(1..=NAME_LEN_MAX).contains(&layer.name.len()) || !layer.name.bytes().all(fits) {
+            let limit = format!("1..={NAME_LEN_MAX} visible ASCII characters, no blank and no ';'");
+            return Err(value("layer", "name", format!("{:?}", layer.name), &limit));
+        }
         if d.relay && RELAY_NAMES.contains(&layer.name.as_str()) {
             let limit = "another name (the relay neurons of `relay = true` have this one)";
             return Err(value("layer", "name", layer.name.clone(), limit));

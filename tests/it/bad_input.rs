@@ -181,6 +181,12 @@ fn descriptions_with_bad_numbers_or_keys_are_refused() {
         ),
         ("steps = 5", "steps = 5\nrelay = true\nspeed = 1", "unknown field `speed`"),
         ("name = \"a\"", "name = \"b\"", "two layers are called b"),
+        (
+            "name = \"a\"",
+            "name = \"a b\"",
+            "tiny.toml: layer: name = \"a b\", must be 1..=256 visible ASCII characters, no blank",
+        ),
+        ("name = \"a\"", "name = \"\"", "layer: name = \"\", must be 1..=256 visible"),
         ("neurons = 3", "neurons = 99999999", "layer a: neurons = 99999999, must be 1..=1048576"),
     ];
     for (from, to, part) in cases {
@@ -208,7 +214,7 @@ fn networks_that_the_chip_cannot_express_are_refused() {
     write_tiny(&folder, &text, |_| ());
     refused(&folder, "compile tiny.toml -o out.map", &["too large beside the weights"]);
     write_tiny(&folder, &TINY.replace("\"a\"", "\"a b\""), |_| ());
-    refused(&folder, "compile tiny.toml -o out.map", &["\"a b\"", "rename it"]);
+    refused(&folder, "compile tiny.toml -o out.map", &["\"a b\"", "no blank"]);
 }
 
 fn chip_with(folder: &Folder, from: &str, to: &str) {
@@ -246,7 +252,7 @@ fn over_full_chips_name_layer_resource_value_limit_and_a_way_out() {
             "cores = 128",
             "cores = 1",
             &[
-                "2 cores needed, limit 1 (small.cores): pools 1 (6 neurons), wheels 1 (2 neurons); make",
+                "2 cores needed, limit 1 (small.cores): pools 1 (6 neurons), wheels 1 (2 neurons); use",
             ],
         ),
         (
@@ -296,7 +302,7 @@ fn chip_files_with_nonsense_are_refused() {
         chip_with(&folder, from, to);
         refused(&folder, "compile reflex --chip chip.toml -o out.map", &[part]);
     }
-    let unknown = "chip loihi9: no such built-in chip (there is: loihi1)";
+    let unknown = "chip loihi9: no such built-in chip (there is: loihi1); or give the path of";
     refused(&folder, "compile reflex --chip loihi9 -o out.map", &[unknown]);
     refused(&folder, "compile reflex --chip no.toml -o out.map", &["no.toml: cannot read: "]);
 }
@@ -504,6 +510,7 @@ fn settings_out_of_range_are_refused() {
         ("drive reflex --v-max -1", "wheel speed (m/s) is -1, must be 0.05..=10"),
         ("drive reflex --v-max 1e308", "wheel speed (m/s) is 1e308, must be 0.05..=10"),
         ("drive reflex --v-max fast", "invalid value 'fast' for '--v-max"),
+        ("drive reflex --plot x.PNG", "pictures are written as SVG; let the name end in .svg"),
         ("drive reflex --repeats 0", "'--repeats <N>': 0 is not in 1..=1000"),
         ("drive reflex --repeats 1001", "1001 is not in 1..=1000"),
         ("drive reflex --repeats 2 --seed 18446744073709551615", "take a smaller seed"),

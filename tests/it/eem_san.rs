@@ -112,7 +112,7 @@ fn an_old_result_without_camera_is_still_read() {
 fn a_control_rate_without_five_frames_is_refused_for_those_who_need_them() {
     let folder = folder_with_networks();
     let text = "seeing float: control rate 10 Hz gives 10 event frames per control tick, 5 needed \
-                (FRAMES_PER_TICK); drive at 20 Hz";
+                (FRAMES_PER_TICK); drive at 20 Hz (--control-hz)";
     refused(&folder, "drive seeing.safetensors --trials 1 --json out.json", &[text]);
     let line = "drive straight seeing.safetensors --control-hz 50 --trials 9999 --json out.json";
     refused(&folder, line, &["control rate 50 Hz gives 2 event frames"]);

@@ -200,7 +200,7 @@ fn every_wrong_line_of_a_trace_is_named() {
         (
             "chip loihi1",
             "chip loihi9",
-            "a.trace: chip loihi9: no such built-in chip (there is: loihi1); give the path of a .toml file instead",
+            "a.trace: chip loihi9: no such built-in chip (there is: loihi1)",
         ),
         (
             "vth=5",

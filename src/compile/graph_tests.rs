@@ -200,7 +200,7 @@ fn a_neuron_of_a_picture_that_no_core_can_hold_is_refused() {
     assert_eq!(
         place(&picture, &chip, None).unwrap_err().to_string(),
         "layer pic: one neuron needs 9 synapse memory words, limit 8 per core; \
-         reduce the fan-in of the layer, prune, or use fewer weight bits"
+         reduce the fan-in of the layer, prune, or use fewer weight bits (--weight-bits)"
     );
     chip.limits.synapse_words_per_core = 9;
     assert_eq!(place(&picture, &chip, None).unwrap().cores().len(), 16);

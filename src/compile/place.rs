@@ -206,7 +206,9 @@ impl Placer<'_> {
             advice: match resource {
                 "input axons" => "reduce the fan-in of the layer or prune whole inputs",
                 "output axons" => "shrink the next layer so that it takes fewer cores",
-                _ => "reduce the fan-in of the layer, prune, or use fewer weight bits (--weight-bits)",
+                _ => {
+                    "reduce the fan-in of the layer, prune, or use fewer weight bits (--weight-bits)"
+                }
             },
         }
     }

@@ -14,7 +14,7 @@ pub mod planner;
 mod straight_to_goal;
 mod trial;
 
-pub use config::{ConfigError, TrialConfig};
+pub use config::{ConfigError, Setting, TrialConfig};
 pub use outcome::{End, Outcome, TrialOutcome};
 pub use straight_to_goal::StraightToGoal;
 pub use trial::Trial;

@@ -32,6 +32,42 @@ pub struct TrialConfig {
     pub camera: Option<CameraConfig>,
 }
 
+/// A number that a trial is told, and its limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// What it is, with its unit.
+    pub name: &'static str,
+    /// Smallest value allowed.
+    pub min: f64,
+    /// Largest value allowed.
+    pub max: f64,
+    /// The option of the command line that sets it.
+    pub option: Option<&'static str>,
+}
+
+impl Setting {
+    pub(super) fn new(name: &'static str, min: f64, max: f64) -> Self {
+        Self { name, min, max, option: None }
+    }
+
+    fn with_option(self, option: &'static str) -> Self {
+        Self { option: Some(option), ..self }
+    }
+
+    /// Errs unless `value` is within the limits.
+    pub(super) fn check(self, value: f64) -> Result<(), ConfigError> {
+        if (self.min..=self.max).contains(&value) {
+            Ok(())
+        } else {
+            Err(ConfigError::Range { setting: self, value })
+        }
+    }
+
+    fn by_option(&self) -> String {
+        self.option.map_or(String::new(), |option| format!(" with {option}"))
+    }
+}
+
 /// A setting outside of its limits.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConfigError {
@@ -46,16 +82,12 @@ pub enum ConfigError {
         control_hz: u32,
     },
     /// A number outside of its range.
-    #[error("trial: {name} is {}, must be {min}..={max}; change it{}", shown(*value), by_option(name))]
+    #[error("trial: {} is {}, must be {}..={}; change it{}", .setting.name, shown(*value), .setting.min, .setting.max, .setting.by_option())]
     Range {
-        /// Which setting, with its unit.
-        name: &'static str,
+        /// Which setting.
+        setting: Setting,
         /// Its value.
         value: f64,
-        /// Smallest value allowed.
-        min: f64,
-        /// Largest value allowed.
-        max: f64,
     },
     /// A setting of the event camera is.
     #[error(transparent)]
@@ -95,35 +127,13 @@ impl TrialConfig {
         if self.control_hz == 0 || !PHYSICS_HZ.is_multiple_of(self.control_hz) {
             return Err(ConfigError::ControlRate { control_hz: self.control_hz });
         }
-        let speed_min = WHEEL_SPEED_M_PER_S_MIN;
-        in_range("wheel speed (m/s)", self.wheel_speed_m_per_s_max, speed_min, 10.0)?;
-        in_range("tick limit", self.ticks_max as f64, 1.0, 1e6)?;
-        in_range("goal radius (m)", self.goal_radius_m, 0.01, 100.0)?;
-        in_range("robot radius (m)", self.robot_radius_m, 0.01, 10.0)?;
-        in_range("laser noise (m)", self.laser_noise_m, 0.0, 10.0)?;
+        let speed = Setting::new("wheel speed (m/s)", WHEEL_SPEED_M_PER_S_MIN, 10.0);
+        speed.with_option("--v-max").check(self.wheel_speed_m_per_s_max)?;
+        let ticks = Setting::new("tick limit", 1.0, 1e6).with_option("--ticks-max");
+        ticks.check(self.ticks_max as f64)?;
+        Setting::new("goal radius (m)", 0.01, 100.0).check(self.goal_radius_m)?;
+        Setting::new("robot radius (m)", 0.01, 10.0).check(self.robot_radius_m)?;
+        Setting::new("laser noise (m)", 0.0, 10.0).check(self.laser_noise_m)?;
         Ok(self.camera.as_ref().map_or(Ok(()), CameraConfig::check)?)
-    }
-}
-
-/// The option of the command line that a setting has, for the end of an error.
-fn by_option(name: &str) -> &'static str {
-    match name {
-        "wheel speed (m/s)" => " with --v-max",
-        "tick limit" => " with --ticks-max",
-        _ => "",
-    }
-}
-
-/// Errs unless `min <= value <= max`.
-pub(super) fn in_range(
-    name: &'static str,
-    value: f64,
-    min: f64,
-    max: f64,
-) -> Result<(), ConfigError> {
-    if (min..=max).contains(&value) {
-        Ok(())
-    } else {
-        Err(ConfigError::Range { name, value, min, max })
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::config::in_range;
+use super::config::Setting;
 use super::{ConfigError, End, Outcome, TrialConfig, TrialOutcome};
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
@@ -233,10 +233,11 @@ impl<'w> Trial<'w> {
 
 /// Errs when a coordinate of the start or the goal is not a number or too large.
 fn check_ends(start: &Pose, goal: Point2<f64>) -> Result<(), ConfigError> {
-    let coordinate = |name, value| in_range(name, value, -COORDINATE_M_MAX, COORDINATE_M_MAX);
+    let coordinate =
+        |name, value| Setting::new(name, -COORDINATE_M_MAX, COORDINATE_M_MAX).check(value);
     coordinate("start x (m)", start.position.x)?;
     coordinate("start y (m)", start.position.y)?;
-    in_range("start yaw (rad)", start.yaw_rad, -4.0, 4.0)?;
+    Setting::new("start yaw (rad)", -4.0, 4.0).check(start.yaw_rad)?;
     coordinate("goal x (m)", goal.x)?;
     coordinate("goal y (m)", goal.y)
 }

@@ -52,6 +52,8 @@ pub struct EventEngine {
     cores: Vec<CoreRun>,
     /// Pushed synapses of each thread's cores.
     fans: Vec<Fan>,
+    /// What arrives at a core, for each thread.
+    batches: Vec<Batch>,
     spikes: [SpikeSets; 2],
     faults: Faults,
     chip_counts: OpCounts,
@@ -86,7 +88,10 @@ impl EventEngine {
     /// At step 0, where `fans` have no input.
     fn at_start(map: Arc<CoreMap>, plan: Arc<Plan>, shares: Vec<usize>, fans: Vec<Fan>) -> Self {
         let barriers_ps = barriers_ps(&map);
+        let mut rest = &plan.cores[..];
+        let batches = shares.iter().map(|len| Batch::new(rest.split_off(..*len).unwrap_or(&[])));
         Self {
+            batches: batches.collect(),
             widths: Widths::new(&map.chip().arithmetic),
             shares,
             cores: plan.cores.iter().map(CoreRun::new).collect(),
@@ -119,9 +124,10 @@ impl EventEngine {
     pub fn memory(&self) -> MemoryUse {
         let cores = self.cores.iter().map(CoreRun::bytes).sum::<usize>();
         let fans = self.fans.iter().map(Fan::bytes).sum::<usize>();
+        let batches = self.batches.iter().map(Batch::bytes).sum::<usize>();
         let spikes =
             2 * self.plan.source_sizes.iter().map(|size| size.div_ceil(64) * 8).sum::<usize>();
-        MemoryUse { shared: self.plan.bytes(), state: cores + fans + spikes }
+        MemoryUse { shared: self.plan.bytes(), state: cores + fans + batches + spikes }
     }
 
     /// A second engine on the same map at step 0, without faults; weights and routing are shared.
@@ -152,6 +158,7 @@ struct Work<'a> {
     first: usize,
     cores: &'a mut [CoreRun],
     fan: &'a mut Fan,
+    batch: &'a mut Batch,
     record: &'a SpikeRecord,
 }
 
@@ -173,10 +180,9 @@ impl NullaryFnOnce for Work<'_> {
         let steps = run.stimulus.steps();
         let mut share = Share { spikes: Vec::new(), slowest_ps: vec![0; steps * tables] };
         let member = run.barrier.member();
-        let mut batch = Batch::new(&run.plan.cores[self.first..][..self.cores.len()]);
         for step in 0..steps {
             let slowest_ps = &mut share.slowest_ps[step * tables..][..tables];
-            self.step(step, slowest_ps, &mut batch, &mut share.spikes);
+            self.step(step, slowest_ps, &mut share.spikes);
             if !member.wait() {
                 break;
             }
@@ -187,13 +193,7 @@ impl NullaryFnOnce for Work<'_> {
 
 impl Work<'_> {
     #[inline(always)]
-    fn step(
-        &mut self,
-        step: usize,
-        slowest_ps: &mut [u64],
-        batch: &mut Batch,
-        spikes: &mut Vec<Spike>,
-    ) {
+    fn step(&mut self, step: usize, slowest_ps: &mut [u64], spikes: &mut Vec<Spike>) {
         let run = self.run;
         let now = run.start + step as u64;
         let [before, under_way] = match now % 2 {
@@ -218,7 +218,7 @@ impl Work<'_> {
                 let mut done = OpCounts::default();
                 let pushed = self.fan.take(&run.plan.fans, core_id);
                 let weights = &run.plan.weights;
-                core.deliver((plan, weights), (before, loss), pushed, batch, &mut done);
+                core.deliver((plan, weights), (before, loss), pushed, self.batch, &mut done);
                 core.update(plan, &run.widths, run.fast, under_way_here, &mut done);
                 if COUNTED {
                     for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
@@ -311,17 +311,18 @@ impl Engine for EventEngine {
         };
         let arch = Arch::new();
         let mut shares = Vec::with_capacity(workers);
-        if let [fan] = &mut self.fans[..] {
+        if let ([fan], [batch]) = (&mut self.fans[..], &mut self.batches[..]) {
             let cores = &mut self.cores[..];
-            shares.push(arch.dispatch(Work { run: &run, first: 0, cores, fan, record }));
+            shares.push(arch.dispatch(Work { run: &run, first: 0, cores, fan, batch, record }));
         } else {
             let record: &SpikeRecord = record;
             crossbeam::thread::scope(|scope| {
                 let (mut rest, mut first) = (&mut self.cores[..], 0);
                 let mut handles = Vec::with_capacity(workers);
-                for (len, fan) in self.shares.iter().zip(&mut self.fans) {
+                let threads = self.shares.iter().zip(&mut self.fans).zip(&mut self.batches);
+                for ((len, fan), batch) in threads {
                     let (cores, others) = rest.split_at_mut(*len);
-                    let work = Work { run: &run, first, cores, fan, record };
+                    let work = Work { run: &run, first, cores, fan, batch, record };
                     handles.push(scope.spawn(move |_| arch.dispatch(work)));
                     (rest, first) = (others, first + len);
                 }

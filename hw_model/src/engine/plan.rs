@@ -60,6 +60,8 @@ pub(super) struct CorePlan {
     /// Number of sums: compartments and what padding needs.
     pub(super) sums: usize,
     pub(super) links: Vec<Link>,
+    /// Deliveries of all links: most that can arrive in a step.
+    pub(super) deliveries: usize,
     pub(super) sends: Sends,
     /// Synapses of all input axons.
     work: u64,
@@ -283,6 +285,7 @@ impl CorePlan {
             unit_shift: laid_out.unit_shift,
             uniform: laid_out.uniform,
             sums: laid_out.sums,
+            deliveries: links.iter().map(|link| link.deliveries.len()).sum(),
             links,
             sends: Sends::new(send_costs(map, id, core)),
             work,

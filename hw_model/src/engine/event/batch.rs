@@ -20,9 +20,13 @@ pub(super) struct Batch {
 impl Batch {
     /// Empty, with room for all that can arrive at one of `cores` in a step.
     pub(super) fn new(cores: &[CorePlan]) -> Self {
-        let of_core = |core: &CorePlan| core.links.iter().map(|link| link.deliveries.len()).sum();
-        let most = cores.iter().map(of_core).max().unwrap_or(0);
+        let most = cores.iter().map(|core| core.deliveries).max().unwrap_or(0);
         Self { deliveries: vec![0; most + AT_ONCE], len: 0 }
+    }
+
+    /// Size in memory.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.deliveries[..])
     }
 
     #[inline(always)]

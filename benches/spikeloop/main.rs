@@ -2,8 +2,8 @@
 //!
 //! | module | groups |
 //! |---|---|
-//! | [`chip`] | `chip/NETWORK`: the event engine in synaptic events per second, beside the [`roofline`] of the same events; `rate/PERCENT`, `state/CORESxCOMPARTMENTS` |
-//! | [`controllers`] | `compile`, `decision`, `trial`, `encoder`: what a user waits for |
+//! | [`chip`] | `chip/NETWORK`: the event engine in synaptic events per second, beside the [`roofline`] of the same events; `rate/PERCENT`, `state/CORESxCOMPARTMENTS`, `engines/mlp_100_steps` |
+//! | [`controllers`] | `compile`, `decision`, `trial`, `flight`, `encoder`: what a user waits for |
 //!
 //! Networks are drawn from fixed streams or ship with the crate, so the benches need no file.
 //! Machines are noisy: compare ratios within one run. `benches/speed.sh` runs the groups of

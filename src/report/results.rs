@@ -389,10 +389,10 @@ pub struct Summary {
     pub collision: usize,
     /// Trials that ran out of time.
     pub time_out: usize,
-    /// Mean way of the successful trials.
-    pub path_m_mean: f64,
-    /// Mean simulated time of the successful trials.
-    pub time_s_mean: f64,
+    /// Mean way of the successful trials; `None` where there are none.
+    pub path_m_mean: Option<f64>,
+    /// Mean simulated time of the successful trials; `None` where there are none.
+    pub time_s_mean: Option<f64>,
     /// Decisions of all trials.
     pub decisions: u64,
     /// What the chip did in all trials.
@@ -453,9 +453,8 @@ impl Summary {
     fn new(flown: &[Flown], chip: Option<ChipResult>) -> Self {
         let ended = |outcome| flown.iter().filter(move |f| f.outcome.outcome == outcome);
         let mean = |value: fn(&Flown) -> f64| {
-            let n = ended(Outcome::Success).count().max(1);
-            // Not `sum`, which is -0 for nothing.
-            ended(Outcome::Success).map(value).fold(0.0, |sum, value| sum + value) / n as f64
+            let n = ended(Outcome::Success).count();
+            (n > 0).then(|| ended(Outcome::Success).map(value).sum::<f64>() / n as f64)
         };
         Self {
             trials: flown.len(),

@@ -326,7 +326,7 @@ pub fn success_table(table: &SuccessTable) -> Table {
             let ours = maps.iter().flat_map(|map| ours(table, network, map, &under));
             text.add_row([under.to_string(), (*network).to_owned()].into_iter().chain(ours));
         }
-        if under.degraded.is_some() || !maps.iter().any(|map| PAPER_MAPS.contains(map)) {
+        if !has_paper_rows_under(table, &under) {
             continue;
         }
         for (network, rates) in &PAPER {
@@ -336,6 +336,16 @@ pub fn success_table(table: &SuccessTable) -> Table {
         }
     }
     text
+}
+
+/// Whether the paper's rows stand in [`success_table`].
+pub fn has_paper_rows(table: &SuccessTable) -> bool {
+    all_under(table).iter().any(|under| has_paper_rows_under(table, under))
+}
+
+fn has_paper_rows_under(table: &SuccessTable, under: &Under) -> bool {
+    let in_paper = |cell: &Cell| PAPER_MAPS.contains(&cell.map.as_str());
+    under.degraded.is_none() && table.cells.iter().any(in_paper)
 }
 
 /// Mean success of every network, map and condition as bars, each seed as a dot; the paper's

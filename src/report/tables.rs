@@ -20,15 +20,17 @@ pub fn outcome_table(drivers: &[DriverResult]) -> Table {
     ]);
     for driver in drivers {
         let s = &driver.summary;
-        let of_successes = |mean: String| if s.success > 0 { mean } else { "-".to_owned() };
+        let of_successes = |mean: Option<f64>, digits| {
+            mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.digits$}"))
+        };
         table.add_row([
             driver.label.clone(),
             driver.seed.to_string(),
             format!("{}/{}", s.success, s.trials),
             s.collision.to_string(),
             s.time_out.to_string(),
-            of_successes(format!("{:.2}", s.path_m_mean)),
-            of_successes(format!("{:.1}", s.time_s_mean)),
+            of_successes(s.path_m_mean, 2),
+            of_successes(s.time_s_mean, 1),
             s.decisions.to_string(),
             format!("{:.0}", driver.decisions_per_s),
         ]);

@@ -42,6 +42,9 @@ const FIXED_0_3: &[&str] = &["compare/fixed-0.3", "compare/fixed-0.3-2", "compar
 const LEARNED_0_3: &[&str] =
     &["compare/learned-0.3", "compare/learned-0.3-2", "compare/learned-0.3-3"];
 const FIXED_0_5: &[&str] = &["compare/fixed-0.5", "compare/fixed-0.5-2", "compare/fixed-0.5-3"];
+const FIXED_0_7: &[&str] = &["compare/fixed-0.7", "compare/fixed-0.7-2", "compare/fixed-0.7-3"];
+const LEARNED_0_7: &[&str] =
+    &["compare/learned-0.7", "compare/learned-0.7-2", "compare/learned-0.7-3"];
 
 const NOTHING: [[Option<f64>; 2]; 3] = [[None; 2]; 3];
 
@@ -115,8 +118,8 @@ pub const THRESHOLDS: PrintedTable = PrintedTable {
         PrintedRow { label: "learned, 0.3", networks: LEARNED_0_3, printed: NOTHING },
         PrintedRow { label: "fixed, 0.5", networks: FIXED_0_5, printed: NOTHING },
         PrintedRow { label: "learned, 0.5", networks: EEM_SAN, printed: NOTHING },
-        PrintedRow { label: "fixed, 0.7", networks: &["compare/fixed-0.7"], printed: NOTHING },
-        PrintedRow { label: "learned, 0.7", networks: &["compare/learned-0.7"], printed: NOTHING },
+        PrintedRow { label: "fixed, 0.7", networks: FIXED_0_7, printed: NOTHING },
+        PrintedRow { label: "learned, 0.7", networks: LEARNED_0_7, printed: NOTHING },
         PrintedRow { label: "fixed, 0.9", networks: &["compare/fixed-0.9"], printed: NOTHING },
         PrintedRow { label: "learned, 0.9", networks: &["compare/learned-0.9"], printed: NOTHING },
     ],

@@ -89,9 +89,14 @@ impl EventEngine {
     fn at_start(map: Arc<CoreMap>, plan: Arc<Plan>, shares: Vec<usize>, fans: Vec<Fan>) -> Self {
         let barriers_ps = barriers_ps(&map);
         let mut rest = &plan.cores[..];
-        let batches = shares.iter().map(|len| Batch::new(rest.split_off(..*len).unwrap_or(&[])));
+        let batch = |len: &usize| {
+            let (cores, others) = rest.split_at(*len);
+            rest = others;
+            Batch::new(cores)
+        };
+        let batches = shares.iter().map(batch).collect();
         Self {
-            batches: batches.collect(),
+            batches,
             widths: Widths::new(&map.chip().arithmetic),
             shares,
             cores: plan.cores.iter().map(CoreRun::new).collect(),

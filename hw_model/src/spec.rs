@@ -127,6 +127,14 @@ pub struct StaticPower {
     pub source: String,
 }
 
+impl StaticPower {
+    /// Energy of the whole chip over `time_ps`.
+    pub fn energy_fj(&self, time_ps: u64) -> u64 {
+        // mW x ps = 1e-15 J = fJ
+        (self.chip_mw * time_ps as f64).round() as u64
+    }
+}
+
 const LOIHI1: &str = include_str!("../chips/loihi1.toml");
 
 impl ChipSpec {

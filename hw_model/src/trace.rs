@@ -29,7 +29,7 @@ mod mismatch;
 mod observe;
 mod read;
 
-pub use mismatch::Mismatch;
+pub use mismatch::{Mismatch, TotalChange};
 pub use observe::{Detail, Observer, observe, state_digest, total_lines};
 
 /// The line that starts an expectation.

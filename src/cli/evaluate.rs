@@ -32,7 +32,8 @@ use crate::cli::{Failure, Verdict};
 
 /// Below the table.
 const NOTE: &str = "\
-mean of all seeds, then each seed; networks made for another control rate fly at 20 Hz here as well.";
+share of trials that reached the goal and that hit something, mean of all seeds, the rest out of time;
+then the goals of each seed. Networks made for another control rate fly at 20 Hz here as well.";
 
 /// Below that, where rows of the paper stand beside ours.
 const PAPER_NOTE: &str = "\

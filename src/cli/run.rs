@@ -6,11 +6,13 @@ use std::time::Instant;
 
 use hw_model::container::sha256_hex;
 use hw_model::core_map::HostPort;
+use hw_model::cost::CostTable;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::{CoreMap, DenseEngine, Engine, EventEngine};
 use serde_json::json;
 use spikeloop::host::Deployment;
 use spikeloop::npz::{self, Npz};
+use spikeloop::report::energy::time_shares;
 use spikeloop::report::tables::{micro, plain};
 
 use crate::cli::args::{EngineArg, RunArgs, STEPS_MAX};
@@ -196,13 +198,15 @@ fn print_result(
             table.name.clone(),
             micro(table.energy(&counts).total_fj(), 1.0),
             format!("{:.1}", *time_ps as f64 / 1e6),
-            micro((chip.static_power.chip_mw * *time_ps as f64) as u64, 1.0),
+            micro(chip.static_power.energy_fj(*time_ps), 1.0),
         ]);
     }
     say(costs)?;
     let per_s = counts.synaptic_ops() as f64 / wall_s.max(1e-9);
+    let names = chip.cost_tables.iter().map(|table| &table.name[..]);
+    let shares = time_shares(names.zip(engine.chip_time_ps().iter().copied()), wall_s);
     say(format_args!(
-        "{steps} steps in {wall_s:.3} s of wall-clock time: {per_s:.3e} synaptic operations/s"
+        "{steps} steps in {wall_s:.3} s of wall-clock time: {per_s:.3e} synaptic operations/s; {shares}"
     ))
 }
 
@@ -217,17 +221,15 @@ fn as_json(
     let counters: BTreeMap<_, _> = counts.named().into_iter().collect();
     let by_core: Vec<BTreeMap<_, _>> =
         engine.core_counts().iter().map(|counts| counts.named().into_iter().collect()).collect();
-    let costs: BTreeMap<_, _> = engine
-        .map()
-        .chip()
-        .cost_tables
-        .iter()
-        .zip(engine.chip_time_ps())
-        .map(|(table, time_ps)| {
-            let dynamic_fj = table.energy(&counts).total_fj();
-            (table.name.clone(), json!({ "dynamic_fj": dynamic_fj, "time_ps": time_ps }))
-        })
-        .collect();
+    let chip = engine.map().chip();
+    let cost = |(table, time_ps): (&CostTable, &u64)| {
+        let dynamic_fj = table.energy(&counts).total_fj();
+        let static_fj = chip.static_power.energy_fj(*time_ps);
+        let cost = json!({ "dynamic_fj": dynamic_fj, "static_fj": static_fj, "time_ps": time_ps });
+        (table.name.clone(), cost)
+    };
+    let costs: BTreeMap<_, _> =
+        chip.cost_tables.iter().zip(engine.chip_time_ps()).map(cost).collect();
     let populations: BTreeMap<_, _> = populations
         .iter()
         .map(|(name, spikes)| {

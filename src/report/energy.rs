@@ -92,15 +92,20 @@ pub fn speed_line(driver: &DriverResult) -> Option<String> {
     let chip = driver.summary.chip.as_ref()?;
     let per_s = driver.decisions_per_s;
     let wall_s = driver.summary.decisions as f64 / per_s.max(1e-9);
-    let share = |(name, cost): (&String, &Cost)| {
-        format!("{:.5} ({name})", cost.time_ps as f64 / 1e12 / wall_s.max(1e-9))
-    };
-    let shares: Vec<String> = chip.costs.iter().map(share).collect();
+    let shares =
+        time_shares(chip.costs.iter().map(|(name, cost)| (&name[..], cost.time_ps)), wall_s);
     Some(format!(
-        "{per_s:.1} decisions/s of wall-clock time, world and all threads included; chip time / \
-         wall-clock time {}",
-        shares.join(", ")
+        "{per_s:.1} decisions/s of wall-clock time, world and all threads included; {shares}"
     ))
+}
+
+/// Chip time by each cost table for one second of wall-clock time.
+pub fn time_shares<'a>(times_ps: impl Iterator<Item = (&'a str, u64)>, wall_s: f64) -> String {
+    let share = |(name, time_ps): (&str, u64)| {
+        format!("{:.5} ({name})", time_ps as f64 / 1e12 / wall_s.max(1e-9))
+    };
+    let shares: Vec<String> = times_ps.map(share).collect();
+    format!("chip time / wall-clock time {}", shares.join(", "))
 }
 
 #[cfg(test)]

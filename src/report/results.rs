@@ -363,8 +363,7 @@ impl ChipResult {
                 dynamic_encoder_fj: table.energy(&used.encoder).total_fj(),
                 time_ps: *time_ps,
                 barrier_ps: used.counts.barriers.saturating_mul(table.barrier_ps(tiles)),
-                // mW x ps = 1e-15 J = fJ
-                static_fj: (chip.static_power.chip_mw * *time_ps as f64).round() as u64,
+                static_fj: chip.static_power.energy_fj(*time_ps),
             };
             (table.name.clone(), cost)
         };

@@ -176,8 +176,9 @@ impl Cell {
         }
     }
 
-    fn rate(&self) -> f64 {
-        self.summary.success as f64 / self.summary.trials.max(1) as f64
+    /// Share of the trials.
+    fn share(&self, trials: usize) -> f64 {
+        trials as f64 / self.summary.trials.max(1) as f64
     }
 }
 
@@ -259,13 +260,28 @@ impl SuccessTable {
         }
     }
 
-    /// Mean success rate of all seeds, and that of each seed; `None` where nothing was flown.
-    fn rates(&self, network: &str, map: &str, under: &Under) -> Option<(f64, Vec<f64>)> {
+    /// What came of one network in a map; `None` where nothing was flown.
+    fn rates(&self, network: &str, map: &str, under: &Under) -> Option<Rates> {
         let same = |cell: &&Cell| cell.network == network && cell.map == map && under.is_of(cell);
-        let rates: Vec<f64> = self.cells.iter().filter(same).map(Cell::rate).collect();
-        let mean = rates.iter().sum::<f64>() / rates.len() as f64;
-        (!rates.is_empty()).then_some((mean, rates))
+        let cells: Vec<&Cell> = self.cells.iter().filter(same).collect();
+        let mean = |shares: &[f64]| shares.iter().sum::<f64>() / shares.len() as f64;
+        let seeds: Vec<f64> = cells.iter().map(|cell| cell.share(cell.summary.success)).collect();
+        let contact: Vec<f64> =
+            cells.iter().map(|cell| cell.share(cell.summary.collision)).collect();
+        let rates = Rates { success: mean(&seeds), contact: mean(&contact), seeds };
+        (!cells.is_empty()).then_some(rates)
     }
+}
+
+/// Shares of the trials of all seeds; what is missing to 1 ran out of time.
+#[derive(Debug)]
+struct Rates {
+    /// Reached the goal, mean of all seeds.
+    success: f64,
+    /// Hit something, mean of all seeds.
+    contact: f64,
+    /// Reached the goal, each seed.
+    seeds: Vec<f64>,
 }
 
 /// A condition, and what is degraded in it.
@@ -312,12 +328,13 @@ fn all_under(table: &SuccessTable) -> Vec<Under<'_>> {
 }
 
 /// Success rates: a row for each condition and network, the paper's below; for each map the mean
-/// of all seeds and every seed's own.
+/// of all seeds, the share that hit something, and every seed's success.
 pub fn success_table(table: &SuccessTable) -> Table {
     let networks = in_order(&table.cells, |cell| &cell.network);
     let maps = in_order(&table.cells, |cell| &cell.map);
-    let columns: Vec<[String; 2]> =
-        maps.iter().map(|map| [(*map).to_owned(), format!("{map}, each seed")]).collect();
+    let of_map =
+        |map: &&str| [(*map).to_owned(), format!("{map}, contact"), format!("{map}, each seed")];
+    let columns: Vec<[String; 3]> = maps.iter().map(of_map).collect();
     let columns = columns.iter().flatten().map(String::as_str);
     let header: Vec<&str> = ["condition", "network"].into_iter().chain(columns).collect();
     let mut text = plain(&header);
@@ -360,14 +377,14 @@ pub fn success_bars(table: &SuccessTable) -> String {
         for map in in_order(&table.cells, |cell| &cell.map) {
             let before = rows.len();
             for network in in_order(&table.cells, |cell| &cell.network) {
-                let Some((mean, seeds)) = table.rates(network, map, &under) else {
+                let Some(rates) = table.rates(network, map, &under) else {
                     continue;
                 };
                 rows.push(Bar {
                     label: label(network, map, &under),
-                    values: vec![mean],
-                    dots: seeds,
-                    said: format!("{mean:.3}"),
+                    values: vec![rates.success],
+                    said: format!("{:.3}", rates.success),
+                    dots: rates.seeds,
                 });
             }
             let place = PAPER_MAPS.iter().position(|known| *known == map);
@@ -389,20 +406,20 @@ pub fn success_bars(table: &SuccessTable) -> String {
     )
 }
 
-/// Mean and each seed of one network and map under one condition.
-fn ours(table: &SuccessTable, network: &str, map: &str, under: &Under) -> [String; 2] {
-    match table.rates(network, map, under) {
-        None => ["-".to_owned(), "-".to_owned()],
-        Some((mean, rates)) => {
-            let rates: Vec<String> = rates.iter().map(|rate| format!("{rate:.3}")).collect();
-            [format!("{mean:.3}"), rates.join(" ")]
-        }
-    }
+/// Mean, contact and each seed of one network and map under one condition.
+fn ours(table: &SuccessTable, network: &str, map: &str, under: &Under) -> [String; 3] {
+    let Some(rates) = table.rates(network, map, under) else {
+        return ["-", "-", "-"].map(str::to_owned);
+    };
+    let seeds: Vec<String> = rates.seeds.iter().map(|rate| format!("{rate:.3}")).collect();
+    [format!("{:.3}", rates.success), format!("{:.3}", rates.contact), seeds.join(" ")]
 }
 
-fn theirs(rates: &[f64; 2], map: &str) -> [String; 2] {
+/// The same from the paper, which has the mean alone.
+fn theirs(rates: &[f64; 2], map: &str) -> [String; 3] {
     let place = PAPER_MAPS.iter().position(|known| *known == map);
-    [place.map_or_else(|| "-".to_owned(), |place| format!("{:.3}", rates[place])), "-".to_owned()]
+    let mean = place.map_or_else(|| "-".to_owned(), |place| format!("{:.3}", rates[place]));
+    [mean, "-".to_owned(), "-".to_owned()]
 }
 
 /// Values of a column, each once, in the order of their first cell.

@@ -128,11 +128,15 @@ impl EventEngine {
     /// What the engine takes of the machine's memory.
     pub fn memory(&self) -> MemoryUse {
         let cores = self.cores.iter().map(CoreRun::bytes).sum::<usize>();
-        let fans = self.fans.iter().map(Fan::bytes).sum::<usize>();
+        let fans = self.fans.iter().map(Fan::state_bytes).sum::<usize>();
+        let shared_fans = self.fans.iter().map(Fan::shared_bytes).sum::<usize>();
         let batches = self.batches.iter().map(Batch::bytes).sum::<usize>();
         let spikes =
             2 * self.plan.source_sizes.iter().map(|size| size.div_ceil(64) * 8).sum::<usize>();
-        MemoryUse { shared: self.plan.bytes(), state: cores + fans + batches + spikes }
+        MemoryUse {
+            shared: self.plan.bytes() + shared_fans,
+            state: cores + fans + batches + spikes,
+        }
     }
 
     /// A second engine on the same map at step 0, without faults; weights and routing are shared.
@@ -221,10 +225,11 @@ impl Work<'_> {
                 core.lose_spikes(plan, before, loss, under_way_here);
             } else {
                 let mut done = OpCounts::default();
-                let pushed = self.fan.take(&run.plan.fans, core_id);
+                let mut pushed = self.fan.take(&run.plan.fans, core_id);
                 let weights = &run.plan.weights;
-                core.deliver((plan, weights), (before, loss), pushed, self.batch, &mut done);
-                core.update(plan, &run.widths, run.fast, under_way_here, &mut done);
+                let arrived = (before, loss);
+                core.deliver((plan, weights), arrived, pushed.as_mut(), self.batch, &mut done);
+                core.update(plan, (&run.widths, run.fast), pushed, under_way_here, &mut done);
                 if COUNTED {
                     for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
                         *slowest = (*slowest).max(times.of(&done));

@@ -92,6 +92,7 @@ fn a_mismatch_names_file_line_engine_both_sides_and_the_remedy() {
     {}
   - {}   (expected)
   + {}   (got)
+in all: expected lines missing 1, lines not expected 1
 if the new result is right: `spikeloop trace record a.trace` or `UPDATE_GOLDEN=1 cargo test`, \
 and say why in traces/README.md",
             STATES[0],
@@ -101,6 +102,35 @@ and say why in traces/README.md",
             STATES[3],
         )
     );
+}
+
+#[test]
+fn a_mismatch_counts_lines_wherever_they_stand_and_compares_totals() {
+    let text = recorded();
+    let first_state = format!("{}\n", STATES[0]);
+    let wrong = text
+        .replace(&first_state, "")
+        .replace("total synaptic_ops_dense 3", "total synaptic_ops_dense 4")
+        .replace("total host_reads 0", "total host_reads 7")
+        .replace("time davies2018 ps 614400", "time davies2018 ps 600000");
+    let mismatch = Trace::parse("a.trace", &wrong).unwrap().check_all().unwrap_err();
+    // The line that was taken out moves all others, which are there all the same.
+    assert_eq!((mismatch.missing, mismatch.unexpected), (3, 4));
+    let totals: Vec<String> = mismatch.totals.iter().map(ToString::to_string).collect();
+    let expected = [
+        "total synaptic_ops_dense: 4 -> 3 (-25.00 %)",
+        "total host_reads: 7 -> 0 (-100.00 %)",
+        "time davies2018 ps: 600000 -> 614400 (+2.40 %)",
+    ];
+    assert_eq!(totals, expected);
+    let said = mismatch.to_string();
+    assert!(said.contains("in all: expected lines missing 3, lines not expected 4\n  total syn"));
+    let from_zero = text.replace("total synaptic_ops_dense 3", "total synaptic_ops_dense 0");
+    let mismatch = Trace::parse("a.trace", &from_zero).unwrap().check_all().unwrap_err();
+    assert!(mismatch.to_string().contains("\n  total synaptic_ops_dense: 0 -> 3\nif the new"));
+    let twice = text.replace(&first_state, &first_state.repeat(2));
+    let mismatch = Trace::parse("a.trace", &twice).unwrap().check_all().unwrap_err();
+    assert_eq!((mismatch.missing, mismatch.unexpected), (1, 0));
 }
 
 #[test]

@@ -106,13 +106,14 @@ impl CoreRun {
         }
     }
 
-    /// Adds the weights of all spikes that arrive.
+    /// Adds the weights of all spikes that arrive, but for `pushed` ones that [`CoreRun::update`]
+    /// takes as they are.
     #[inline(always)]
     pub(super) fn deliver(
         &mut self,
         (plan, pool): (&CorePlan, &Pool),
         (before, loss): (&SpikeSets, Option<Loss>),
-        pushed: Option<Pushed<'_>>,
+        pushed: Option<&mut Pushed<'_>>,
         batch: &mut Batch,
         done: &mut OpCounts,
     ) {
@@ -127,8 +128,10 @@ impl CoreRun {
             Sums::Wide(sums) => deliver(plan, &pool.wide, sums, (before, loss), batch, done),
         };
         if let (Some(pushed), Sums::Wide(sums)) = (pushed, &mut self.sums) {
-            for (sum, pushed) in sums.iter_mut().zip(pushed.sums) {
-                *sum += std::mem::take(pushed);
+            if !is_all_input(plan, pushed) {
+                for (sum, pushed) in sums.iter_mut().zip(&mut *pushed.sums) {
+                    *sum += std::mem::take(pushed);
+                }
             }
             if COUNTED {
                 done.axon_deliveries += pushed.axons;
@@ -143,8 +146,8 @@ impl CoreRun {
     pub(super) fn update(
         &mut self,
         plan: &CorePlan,
-        widths: &Widths,
-        fast: bool,
+        (widths, fast): (&Widths, bool),
+        pushed: Option<Pushed<'_>>,
         spikes: &SourceSpikes,
         done: &mut OpCounts,
     ) {
@@ -158,7 +161,11 @@ impl CoreRun {
         };
         match &mut self.sums {
             Sums::Narrow(sums) => update(plan, widths, fast, sums, state, spikes, done),
-            Sums::Wide(sums) => update(plan, widths, fast, sums, state, spikes, done),
+            Sums::Wide(sums) => {
+                let pushed = pushed.filter(|pushed| is_all_input(plan, pushed));
+                let sums = pushed.map_or(&mut sums[..], |pushed| pushed.sums);
+                update(plan, widths, fast, sums, state, spikes, done)
+            }
         }
         self.touched = Touched::default();
     }
@@ -189,6 +196,13 @@ impl CoreRun {
         self.refractory.fill(0);
         self.awake.fill(true);
     }
+}
+
+/// Whether a core can take what was pushed for its sums: nothing else arrives, and there is one for
+/// each compartment of its last block.
+#[inline(always)]
+fn is_all_input(plan: &CorePlan, pushed: &Pushed<'_>) -> bool {
+    plan.links.is_empty() && pushed.sums.len() >= plan.compartments.next_multiple_of(BLOCK)
 }
 
 /// `len` zeros that begin where a vector register's worth of memory does.

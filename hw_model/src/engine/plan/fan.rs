@@ -6,6 +6,8 @@
 
 mod bins;
 
+use std::sync::Arc;
+
 use super::links::FanEdge;
 use super::rows::{Layout, ListIs};
 use crate::core_map::CoreMap;
@@ -140,7 +142,7 @@ pub(in crate::engine) struct Fan {
     first: usize,
     n_cores: usize,
     /// First and end of the synapses of each unit.
-    ranges: Vec<(u32, u32)>,
+    ranges: Arc<[(u32, u32)]>,
     sums: Vec<i32>,
     /// On the way to `sums`, where these are too many for the nearest cache.
     bins: Option<Bins>,
@@ -248,7 +250,7 @@ impl Fans {
         if first == end {
             return Fan::default();
         }
-        let ranges: Vec<_> = self.starts.windows(2).map(range).collect();
+        let ranges: Arc<[_]> = self.starts.windows(2).map(range).collect();
         let first = first - first % CORES;
         let n_cores = end - first;
         let sums = n_cores << self.stride_bits;
@@ -282,12 +284,16 @@ impl Fan {
         self.n_cores == 0
     }
 
-    /// Size in memory.
-    pub(in crate::engine) fn bytes(&self) -> usize {
-        size_of_val(&self.ranges[..])
-            + size_of_val(&self.sums[..])
+    /// Size in memory of what all copies share.
+    pub(in crate::engine) fn shared_bytes(&self) -> usize {
+        size_of_val(&self.ranges[..]) + self.bins.as_ref().map_or(0, Bins::shared_bytes)
+    }
+
+    /// Size in memory of what each copy has of its own.
+    pub(in crate::engine) fn state_bytes(&self) -> usize {
+        size_of_val(&self.sums[..])
             + size_of_val(&self.counts[..])
-            + self.bins.as_ref().map_or(0, Bins::bytes)
+            + self.bins.as_ref().map_or(0, Bins::state_bytes)
     }
 
     /// A copy without any input.
@@ -295,7 +301,7 @@ impl Fan {
         Self {
             first: self.first,
             n_cores: self.n_cores,
-            ranges: self.ranges.clone(),
+            ranges: Arc::clone(&self.ranges),
             sums: vec![0; self.sums.len()],
             bins: self.bins.clone(),
             counts: vec![0; self.n_cores],

@@ -8,19 +8,20 @@ use std::sync::Arc;
 
 use super::{first, place, weight};
 
-/// Cores of a bin, as a power of two: their sums take a quarter to a half of the nearest cache.
-const CORES_BITS: u32 = 2;
+/// Cores of a bin, as a power of two: their sums take two thirds of a nearest cache of 48 KB, or most
+/// of one of 32 KB. With fewer, more but shorter runs are copied, which takes longer.
+const CORES_BITS: u32 = 3;
 /// Cores of a bin. The first bin of a thread may begin with cores of the thread before, whose sums
 /// stay zero: so a place says by itself where in its bin it is.
 pub(super) const CORES: usize = 1 << CORES_BITS;
 /// All bins are added up when one has more synapses than this.
 const FULL: usize = 8192;
 /// Synapses that are copied at once.
-pub(super) const AT_ONCE: usize = 8;
+pub(super) const AT_ONCE: usize = 16;
 /// Spikes that come between two looks at how full the bins are.
 pub(super) const BATCH: usize = 32;
 /// Bins of a thread below which binning does not pay: sums of few cores are near as they are.
-const N_MIN: usize = 4;
+const N_MIN: usize = 2;
 /// Synapses of a spike and bin, on average, below which binning takes longer than it saves.
 const RUN_MEAN_MIN: usize = 2;
 
@@ -125,9 +126,14 @@ impl Bins {
         }
     }
 
-    /// Size in memory.
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.runs[..]) + size_of_val(&self.words[..])
+    /// Size in memory of what all copies share.
+    pub(super) fn shared_bytes(&self) -> usize {
+        size_of_val(&self.runs[..])
+    }
+
+    /// Size in memory of what each copy has of its own.
+    pub(super) fn state_bytes(&self) -> usize {
+        size_of_val(&self.words[..]) + size_of_val(&self.filled[..])
     }
 }
 
@@ -155,24 +161,24 @@ const LANES: usize = 8;
 #[inline(always)]
 fn count(words: &[u32], layout: Places, counts: &mut [u64]) {
     let Places { place_bits, stride_bits, .. } = layout;
-    // In each lane four counts of eight bits, one for each core, that 255 words cannot overflow.
-    const { assert!(CORES * u8::BITS as usize <= u32::BITS as usize) };
-    let core = |word: u32| (word >> stride_bits) % CORES as u32 * u8::BITS;
+    // In each lane eight bits for each core, that 255 words cannot overflow.
+    const { assert!(CORES * u8::BITS as usize <= u64::BITS as usize) };
+    let core = |word: u32| u64::from((word >> stride_bits) % CORES as u32 * u8::BITS);
     for words in words.chunks(LANES * usize::from(u8::MAX)) {
-        let (mut synapses, mut axons) = ([0u32; LANES], [0u32; LANES]);
+        let (mut synapses, mut axons) = ([0u64; LANES], [0u64; LANES]);
         let (eights, rest) = words.as_chunks::<LANES>();
         for words in eights {
             for lane in 0..LANES {
                 synapses[lane] += 1 << core(words[lane]);
-                axons[lane] += first(words[lane], place_bits) << core(words[lane]);
+                axons[lane] += u64::from(first(words[lane], place_bits)) << core(words[lane]);
             }
         }
         for (lane, word) in rest.iter().enumerate() {
             synapses[lane] += 1 << core(*word);
-            axons[lane] += first(*word, place_bits) << core(*word);
+            axons[lane] += u64::from(first(*word, place_bits)) << core(*word);
         }
         for (core, count) in counts.iter_mut().enumerate() {
-            let of_core = |lanes: &[u32; LANES]| {
+            let of_core = |lanes: &[u64; LANES]| {
                 lanes.iter().map(|lane| u64::from(lane.to_le_bytes()[core])).sum::<u64>()
             };
             *count += of_core(&synapses) + (of_core(&axons) << 32);

@@ -75,7 +75,7 @@ pub fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, FileError> {
 /// Writes a file in one piece: either all of it is there afterwards or the old one is untouched.
 /// A link stays a link; what is no regular file (a pipe, `/dev/null`) is written to, not replaced.
 ///
-/// Errors: what the operating system says; no partial file is left behind.
+/// Errors: a write-protected file, and what the operating system says; no partial file is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError> {
     let io = |source| write_error(path, source);
     match target(path).map_err(io)? {
@@ -110,6 +110,10 @@ fn target(path: &Path) -> io::Result<Target> {
         Ok(about) if about.is_dir() => {
             Err(io::Error::new(ErrorKind::IsADirectory, "it is a folder; give the name of a file"))
         }
+        Ok(about) if about.is_file() && about.permissions().readonly() => Err(io::Error::new(
+            ErrorKind::PermissionDenied,
+            "it is write-protected; take that off, or give another name",
+        )),
         Ok(about) if about.is_file() => fs::canonicalize(path).map(Target::File),
         Ok(_) => Ok(Target::Stream),
         Err(_) if path.file_name().is_none() => {

@@ -121,14 +121,22 @@ pub fn read<T: DeserializeOwned>(kind: Kind, path: &Path) -> Result<T, Container
 }
 
 /// Writes a file in one piece: either all of it is there afterwards or the old one is untouched.
+/// What is replaced passes its permissions on.
 ///
 /// Errors: what the operating system says; no partial file is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError> {
     let io =
         |source| ContainerError::Io { file: path.display().to_string(), action: "write", source };
     let partial = beside(path, "tmp");
+    let fill = |mut file: std::fs::File| {
+        if let Ok(old) = std::fs::metadata(path) {
+            file.set_permissions(old.permissions())?;
+        }
+        file.write_all(bytes)?;
+        file.sync_all()
+    };
     let written = std::fs::File::create(&partial)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(fill)
         .and_then(|()| std::fs::rename(&partial, path));
     written.map_err(|source| {
         // Nothing to do if the partial file was never made.

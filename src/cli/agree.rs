@@ -46,6 +46,7 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let world = World::new(Arena::open(&args.arena)?);
     let map = (deployment.network.clone(), deployment.map.digest());
     say(header(Some(args.seed), std::slice::from_ref(&map)))?;
+    say(format_args!("policy {} | chip {}", deployment.policy, deployment.map.chip().name))?;
     let started = Instant::now();
     let ticks = args.ticks as u64;
     let trials = fly(&args.network, args.seed, ticks, &world, &config, &mut comparison)?;
@@ -72,7 +73,7 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let writes = used.counts.management_writes as f64 / used.decisions.max(1) as f64;
     say(format_args!("{writes:.1} register writes per tick to hold cores, {lost} spikes lost"))?;
     if let Some(path) = &args.json {
-        let names = [REVISION, &args.network, &map.1, &args.arena];
+        let names = [REVISION, &args.network, &map.1, &deployment.policy, &args.arena];
         let result = AgreementResult::new(names, args.seed, trials, &comparison);
         output::write(path, &serde_json::to_vec_pretty(&result)?)?;
     }

@@ -92,7 +92,7 @@ fn compare(
     let (world, config) = (&flight.world, chip.config(&flight.config)?);
     let trials = agree::fly(&network.name, seed, AGREE_TICKS, world, &config, &mut comparison)?;
     let (name, digest) = (&network.name, &deployment.map.digest());
-    let names = [REVISION, name, digest, world.arena().name()];
+    let names = [REVISION, name, digest, &deployment.policy, world.arena().name()];
     let agreement = AgreementResult::new(names, seed, trials, &comparison);
     say(agreement_table(&agreement.agreement))?;
     report.push("agree", Content::Agreement(agreement));

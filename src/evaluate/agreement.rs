@@ -112,21 +112,19 @@ pub struct LayerAgreement {
 }
 
 impl LayerAgreement {
-    /// Share of the spikes of either that are spikes of both; 1 when there were none.
-    pub fn share(&self) -> f64 {
+    /// Share of the spikes of either that are spikes of both; `None` when there were none.
+    pub fn share(&self) -> Option<f64> {
         self.share_of(self.both)
     }
 
     /// The same, for spikes of a neuron in the same control tick.
-    pub fn share_in_tick(&self) -> f64 {
+    pub fn share_in_tick(&self) -> Option<f64> {
         self.share_of(self.both_in_tick)
     }
 
-    fn share_of(&self, both: u64) -> f64 {
-        match self.float.saturating_add(self.chip).saturating_sub(both) {
-            0 => 1.0,
-            either => both as f64 / either as f64,
-        }
+    fn share_of(&self, both: u64) -> Option<f64> {
+        let either = self.float.saturating_add(self.chip).saturating_sub(both);
+        (either > 0).then(|| both as f64 / either as f64)
     }
 }
 

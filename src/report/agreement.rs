@@ -18,6 +18,9 @@ pub struct AgreementResult {
     pub network: String,
     /// SHA-256 of the core map.
     pub map_digest: String,
+    /// Quantization policy of the core map; empty in results of before it was written down.
+    #[serde(default)]
+    pub policy: String,
     /// Decisions that the chip made.
     #[serde(default)]
     pub decisions: u64,
@@ -38,10 +41,10 @@ pub struct AgreementResult {
 }
 
 impl AgreementResult {
-    /// What `comparison` found in `trials` trials of `seed`. Names: revision, network, digest of the
-    /// core map, arena.
+    /// What `comparison` found in `trials` trials of `seed`. Names: revision, network, digest and
+    /// policy of the core map, arena.
     pub fn new(
-        [revision, network, map_digest, arena]: [&str; 4],
+        [revision, network, map_digest, policy, arena]: [&str; 5],
         seed: u64,
         trials: usize,
         comparison: &Comparison,
@@ -51,6 +54,7 @@ impl AgreementResult {
             revision: revision.to_owned(),
             network: network.to_owned(),
             map_digest: map_digest.to_owned(),
+            policy: policy.to_owned(),
             decisions: used.decisions,
             counters_by_core: counters_by_core(&used),
             arena: arena.to_owned(),
@@ -60,6 +64,11 @@ impl AgreementResult {
             agreement: comparison.agreement().clone(),
         }
     }
+}
+
+/// `-` where nothing spiked.
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.3}", 100.0 * share))
 }
 
 /// Spikes of every layer on both sides.
@@ -82,8 +91,8 @@ pub fn agreement_table(agreement: &Agreement) -> Table {
             layer.float.to_string(),
             layer.chip.to_string(),
             layer.both.to_string(),
-            format!("{:.3}", 100.0 * layer.share()),
-            format!("{:.3}", 100.0 * layer.share_in_tick()),
+            percent(layer.share()),
+            percent(layer.share_in_tick()),
             format!("{:.3}", 100.0 * layer.float as f64 / sites),
         ]);
     }
@@ -101,3 +110,7 @@ pub fn actions_line(agreement: &Agreement, trials: usize) -> String {
         agreement.action_difference_max
     )
 }
+
+#[cfg(test)]
+#[path = "agreement_tests.rs"]
+mod tests;

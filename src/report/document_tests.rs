@@ -6,6 +6,7 @@ fn agreement() -> AgreementResult {
         revision: "r1".to_owned(),
         network: "a<b>&\"n".to_owned(),
         map_digest: "abc".to_owned(),
+        policy: "nearest".to_owned(),
         decisions: 3,
         counters_by_core: Vec::new(),
         arena: "map1".to_owned(),

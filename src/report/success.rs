@@ -266,9 +266,9 @@ impl SuccessTable {
         let cells: Vec<&Cell> = self.cells.iter().filter(same).collect();
         let mean = |shares: &[f64]| shares.iter().sum::<f64>() / shares.len() as f64;
         let seeds: Vec<f64> = cells.iter().map(|cell| cell.share(cell.summary.success)).collect();
-        let contact: Vec<f64> =
+        let collision: Vec<f64> =
             cells.iter().map(|cell| cell.share(cell.summary.collision)).collect();
-        let rates = Rates { success: mean(&seeds), contact: mean(&contact), seeds };
+        let rates = Rates { success: mean(&seeds), collision: mean(&collision), seeds };
         (!cells.is_empty()).then_some(rates)
     }
 }
@@ -279,7 +279,7 @@ struct Rates {
     /// Reached the goal, mean of all seeds.
     success: f64,
     /// Hit something, mean of all seeds.
-    contact: f64,
+    collision: f64,
     /// Reached the goal, each seed.
     seeds: Vec<f64>,
 }
@@ -333,7 +333,7 @@ pub fn success_table(table: &SuccessTable) -> Table {
     let networks = in_order(&table.cells, |cell| &cell.network);
     let maps = in_order(&table.cells, |cell| &cell.map);
     let of_map =
-        |map: &&str| [(*map).to_owned(), format!("{map}, contact"), format!("{map}, each seed")];
+        |map: &&str| [(*map).to_owned(), format!("{map}, collision"), format!("{map}, each seed")];
     let columns: Vec<[String; 3]> = maps.iter().map(of_map).collect();
     let columns = columns.iter().flatten().map(String::as_str);
     let header: Vec<&str> = ["condition", "network"].into_iter().chain(columns).collect();
@@ -406,13 +406,13 @@ pub fn success_bars(table: &SuccessTable) -> String {
     )
 }
 
-/// Mean, contact and each seed of one network and map under one condition.
+/// Mean, collisions and each seed of one network and map under one condition.
 fn ours(table: &SuccessTable, network: &str, map: &str, under: &Under) -> [String; 3] {
     let Some(rates) = table.rates(network, map, under) else {
         return ["-", "-", "-"].map(str::to_owned);
     };
     let seeds: Vec<String> = rates.seeds.iter().map(|rate| format!("{rate:.3}")).collect();
-    [format!("{:.3}", rates.success), format!("{:.3}", rates.contact), seeds.join(" ")]
+    [format!("{:.3}", rates.success), format!("{:.3}", rates.collision), seeds.join(" ")]
 }
 
 /// The same from the paper, which has the mean alone.

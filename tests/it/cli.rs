@@ -206,6 +206,25 @@ fn compile_takes_a_chip_file_and_spreads_the_network_over_its_smaller_cores() {
     assert_eq!(about["chip"], "small");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_replaced_file_keeps_its_permissions_and_a_protected_one_is_not_replaced() {
+    use std::fs::{Permissions, metadata, set_permissions};
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let path = folder.path("r.map");
+    folder.good("compile reflex -o r.map");
+    set_permissions(&path, Permissions::from_mode(0o600)).unwrap();
+    folder.good("compile reflex --policy mixed -o r.map");
+    assert_eq!(metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+    let there = folder.read("r.map");
+    set_permissions(&path, Permissions::from_mode(0o400)).unwrap();
+    let ran = folder.run("compile reflex -o r.map");
+    assert_eq!(ran.code, Some(2), "{}", ran.err);
+    assert!(ran.err.contains("r.map: cannot write: it is write-protected"), "{}", ran.err);
+    assert_eq!(folder.read("r.map"), there);
+}
+
 #[test]
 fn a_link_as_output_stays_a_link() {
     let folder = Folder::new();

@@ -24,11 +24,11 @@ fn the_table_stands_beside_the_papers() {
     for part in [
         "20 Hz, no action noise, actuators ideal, 1 trials per map (pairs from seed 1), seeds 1..=2",
         "straight, map2, static, 0.5 m/s, seed 2: 0 of 1",
-        "| condition        | network        |  map1 | map1, contact | map1, each seed |  map2 |",
-        "| dynamic, 1.0 m/s | straight       | 0.000 |         0.000 |     0.000 0.000 | 0.000 |",
-        "| dynamic, 1.0 m/s | EEM-SAN, paper | 0.765 |             - |               - | 0.743 |",
-        "| static, 1.0 m/s  | SAN, paper     | 0.645 |             - |               - | 0.560 |",
-        "| static, 0.5 m/s  | EEM-SAN, paper | 1.000 |             - |               - | 0.985 |",
+        "| condition        | network        |  map1 | map1, collision | map1, each seed |  map2 |",
+        "| dynamic, 1.0 m/s | straight       | 0.000 |           0.000 |     0.000 0.000 | 0.000 |",
+        "| dynamic, 1.0 m/s | EEM-SAN, paper | 0.765 |               - |               - | 0.743 |",
+        "| static, 1.0 m/s  | SAN, paper     | 0.645 |               - |               - | 0.560 |",
+        "| static, 0.5 m/s  | EEM-SAN, paper | 1.000 |               - |               - | 0.985 |",
         "Rows of the paper are its table of success rates (tab:2). Its maps are not published",
         "map1, map2\nare of this project's own design: compare the order of rows, not the numbers.",
     ] {
@@ -37,7 +37,7 @@ fn the_table_stands_beside_the_papers() {
 }
 
 #[test]
-fn the_table_says_how_many_trials_ended_in_contact() {
+fn the_table_says_how_many_trials_ended_in_a_collision() {
     let folder = Folder::new();
     let line =
         "evaluate straight --map map1 --condition dynamic-1.0 --trials 40 --seeds 2 --json t.json";
@@ -45,11 +45,11 @@ fn the_table_says_how_many_trials_ended_in_contact() {
     let cells = folder.json("t.json")["cells"].clone();
     let cells = cells.as_array().expect("a list").iter();
     let collisions = cells.map(|cell| cell["summary"]["collision"].as_u64().expect("a count"));
-    let contact = collisions.sum::<u64>() as f64 / 80.0;
-    assert!(contact > 0.5, "{contact} for one that looks at nothing");
+    let collided = collisions.sum::<u64>() as f64 / 80.0;
+    assert!(collided > 0.5, "{collided} for one that looks at nothing");
     let row = ran.out.lines().find(|line| line.contains("| straight ")).expect("a row");
     let shown = row.split('|').nth(4).expect("a fourth column").trim();
-    assert_eq!(shown, format!("{contact:.3}"), "{row}");
+    assert_eq!(shown, format!("{collided:.3}"), "{row}");
 }
 
 #[test]

@@ -104,21 +104,29 @@ pub(super) fn threshold_section(report: &Report) -> Section {
     Section { id: "thresholds", title: "Learned thresholds", body }
 }
 
+/// After a network's name; nothing where the policy is not known.
+fn policy(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!(" (policy {name})") }
+}
+
 pub(super) fn agreement_section(report: &Report) -> Section {
     let mut body = String::new();
     for item in &report.items {
         let Content::Agreement(result) = &item.content else { continue };
         let row = |layer: &crate::evaluate::LayerAgreement| Bar {
             label: layer.layer.clone(),
-            values: vec![100.0 * layer.share()],
-            dots: vec![100.0 * layer.share_in_tick()],
-            said: format!("{:.1} %", 100.0 * layer.share()),
+            values: layer.share().map(|share| 100.0 * share).into_iter().collect(),
+            dots: layer.share_in_tick().map(|share| 100.0 * share).into_iter().collect(),
+            said: layer
+                .share()
+                .map_or_else(|| "no spikes".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
         };
         let rows: Vec<Bar> = result.agreement.layers.iter().map(row).collect();
         let title = "Spikes of a neuron on both sides, of its spikes on either (dots: same tick)";
         let about = format!(
-            "{} in {}, seed {}: {}.",
+            "{}{} in {}, seed {}: {}.",
             result.network,
+            policy(&result.policy),
             result.arena,
             result.seed,
             actions_line(&result.agreement, result.trials)

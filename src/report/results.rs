@@ -75,6 +75,27 @@ impl DriveResult {
             }
         })
     }
+
+    /// Name of one of the drivers: its label, with the seed where there are several.
+    pub fn name_of(&self, driver: &DriverResult) -> String {
+        match self.seed_range() {
+            (first, last) if first == last => driver.label.clone(),
+            _ => format!("{}, seed {}", driver.label, driver.seed),
+        }
+    }
+
+    /// `seed 1`, or `seeds 1 to 3`.
+    pub fn seeds(&self) -> String {
+        match self.seed_range() {
+            (first, last) if first == last => format!("seed {first}"),
+            (first, last) => format!("seeds {first} to {last}"),
+        }
+    }
+
+    fn seed_range(&self) -> (u64, u64) {
+        let seeds = || self.drivers.iter().map(|driver| driver.seed);
+        (seeds().min().unwrap_or(self.seed), seeds().max().unwrap_or(self.seed))
+    }
 }
 
 /// Settings that a reader needs to repeat the run.

@@ -104,6 +104,31 @@ fn the_page_has_a_section_for_every_kind_of_result() {
 }
 
 #[test]
+fn the_page_tells_repeated_flights_apart_by_their_seeds() {
+    let folder = Folder::new();
+    folder.good("compile reflex -o r.map");
+    let fly = "drive r.map --trials 1 --ticks-max 5 --seed 4";
+    folder.good(&format!("{fly} --repeats 2 --json two.json"));
+    folder.good(&format!("{fly} --json one.json"));
+    let told = |files: &str| {
+        folder.good(&format!("report {files} -o page.html"));
+        page(&folder, "page.html")
+    };
+    let html = told("two.json");
+    for part in [
+        "actuators ideal, seeds 4 to 5.",
+        "goals reached, reflex chip (nearest), seed 5",
+        "reflex chip (nearest), seed 5, davies2018",
+        "reflex chip (nearest), seed 4: host, per decision: ",
+    ] {
+        assert!(html.contains(part), "no {part:?}");
+    }
+    let html = told("one.json");
+    assert!(html.contains("actuators ideal, seed 4."));
+    assert!(html.contains("goals reached, reflex chip (nearest)<"), "no seed where there is one");
+}
+
+#[test]
 fn names_with_markup_stay_text_in_the_page() {
     let folder = Folder::new();
     let arena = r#"{"name": "</script><b>&\"'", "arena": {"xmin": 0, "xmax": 20, "ymin": 0, "ymax": 20},

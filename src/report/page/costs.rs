@@ -78,7 +78,7 @@ fn rows(result: &DriveResult, of: fn(&str, &Cost, f64) -> Vec<Bar>) -> Vec<Bar> 
         let Some(chip) = &driver.summary.chip else { continue };
         let n = driver.summary.decisions.max(1) as f64;
         for (name, cost) in &chip.costs {
-            rows.extend(of(&format!("{}, {name}", driver.label), cost, n));
+            rows.extend(of(&format!("{}, {name}", result.name_of(driver)), cost, n));
         }
     }
     rows
@@ -117,11 +117,12 @@ fn lines(result: &DriveResult) -> String {
     for driver in &result.drivers {
         notes.extend(driver.cost_tables.iter().map(|note| (note.name.as_str(), note)));
         let Some(chip) = &driver.summary.chip else { continue };
+        let driver_name = result.name_of(driver);
         if let Some(line) = host_line(chip, driver.summary.decisions) {
-            html += &paragraph(&escape(&format!("{}: host, per decision: {line}.", driver.label)));
+            html += &paragraph(&escape(&format!("{driver_name}: host, per decision: {line}.")));
         }
         if let Some(line) = overflow_line(chip) {
-            html += &paragraph(&escape(&format!("{}: registers overflowed: {line}", driver.label)));
+            html += &paragraph(&escape(&format!("{driver_name}: registers overflowed: {line}")));
         }
     }
     for note in notes.values() {

@@ -14,7 +14,9 @@ pub(super) fn summary(report: &Report) -> String {
     let mut cards = String::new();
     for item in &report.items {
         match &item.content {
-            Content::Drive(result) => result.drivers.iter().for_each(|d| cards += &driver_card(d)),
+            Content::Drive(result) => {
+                result.drivers.iter().for_each(|d| cards += &driver_card(d, &result.name_of(d)));
+            }
             Content::Chip(plan) => {
                 let (used, limit) = (plan.cores.used, plan.cores.limit);
                 cards += &card(&format!("{used} of {limit}"), &format!("cores of {}", plan.chip));
@@ -30,12 +32,10 @@ pub(super) fn summary(report: &Report) -> String {
     if cards.is_empty() { cards } else { format!("<ul class=\"cards\">{cards}</ul>\n") }
 }
 
-fn driver_card(driver: &DriverResult) -> String {
+fn driver_card(driver: &DriverResult, name: &str) -> String {
     let s = &driver.summary;
-    let mut cards = card(
-        &format!("{} of {}", s.success, s.trials),
-        &format!("goals reached, {}", driver.label),
-    );
+    let mut cards =
+        card(&format!("{} of {}", s.success, s.trials), &format!("goals reached, {name}"));
     if let Some((name, cost)) = s.chip.as_ref().and_then(|chip| chip.costs.iter().next()) {
         let energy = format!("{} uJ", micro(cost.dynamic_fj, s.decisions.max(1) as f64));
         cards += &card(&energy, &format!("dynamic energy per decision, {name}"));
@@ -79,12 +79,12 @@ pub(super) fn success_section(report: &Report) -> Section {
 fn caption(result: &DriveResult) -> String {
     let s = &result.settings;
     format!(
-        "Arena {}, {} Hz, v_max {} m/s, actuators {}, seed {}{}.",
+        "Arena {}, {} Hz, v_max {} m/s, actuators {}, {}{}.",
         result.arena.name,
         s.control_hz,
         s.v_max_m_per_s,
         s.actuators,
-        result.seed,
+        result.seeds(),
         camera_note(result)
     )
 }

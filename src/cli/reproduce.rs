@@ -19,6 +19,7 @@ use spikeloop::report::thresholds::{ThresholdsResult, thresholds_table};
 use spikeloop::world::robot::Actuators;
 
 use crate::cli::args::{EvaluateArgs, FlightsArgs, ReproduceArgs, Table5Args};
+use crate::cli::drive::all_threads;
 use crate::cli::drivers::{drivers, last_seed};
 use crate::cli::evaluate::Evaluation;
 use crate::cli::output::{self, REVISION, header, say};
@@ -137,9 +138,12 @@ fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
     if args.wants("cost") {
         let (rows, chips) = compiled(first_trained(&all_rows()));
         costs = rows;
-        for cost in &mut costs {
-            let seed = args.flights.seed;
-            cost.counted = Some(table5::operations(&cost.network, MAP, TABLE5_SECONDS, seed)?);
+        let names: Vec<&str> = costs.iter().map(|cost| &cost.network[..]).collect();
+        let flight = (MAP, TABLE5_SECONDS, args.flights.seed);
+        let threads = args.flights.threads.unwrap_or_else(all_threads);
+        let counted = table5::operations(&names, flight, threads)?;
+        for (cost, counted) in costs.iter_mut().zip(counted) {
+            cost.counted = Some(counted);
         }
         fly_chips(args, chips, &mut args.evaluation(Vec::new(), &[MAP], &dynamic))?;
     }

@@ -1,7 +1,9 @@
 //! `spikeloop table5`.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+use indicatif::ProgressBar;
 use spikeloop::closed_loop::{Trial, TrialConfig};
 use spikeloop::coding::decode;
 use spikeloop::cost::{Activity, Counts, Modules, Row, Shape, closed_form};
@@ -166,8 +168,9 @@ fn fly(
     counted: &mut CountedEemSan,
 ) -> Result<Measured, Failure> {
     let mut measured = Measured::default();
+    let bar = progress(args.seconds * TICKS_PER_S, &args.network);
     let flight = Flight {
-        name: &args.network,
+        bar: &bar,
         seconds: args.seconds,
         seed: args.seed,
         steps: counted.steps(),
@@ -183,12 +186,14 @@ fn fly(
         measured.activity += &done.activity;
         done.output_counts
     })?;
+    bar.finish_and_clear();
     Ok(measured)
 }
 
 /// Trials one after the other until some time is full.
 struct Flight<'a> {
-    name: &'a str,
+    /// Told of every control tick.
+    bar: &'a ProgressBar,
     seconds: u64,
     seed: u64,
     /// `T`, steps per decision.
@@ -207,7 +212,6 @@ impl Flight<'_> {
         let ticks_max = self.seconds * TICKS_PER_S;
         let streams = Streams::new(self.seed, 0);
         let pairs = generate_pairs(self.world, TRIALS_MAX, PairRules::default(), streams)?;
-        let bar = progress(ticks_max, self.name);
         let (mut ticks, mut trials) = (0, 0);
         for (trial_idx, pair) in pairs.iter().enumerate() {
             if ticks == ticks_max {
@@ -220,23 +224,49 @@ impl Flight<'_> {
                 let output = drive(&trial.observe(), streams, trial.ticks());
                 trial.drive(decode(&output, self.steps));
                 ticks += 1;
-                bar.set_position(ticks);
+                self.bar.inc(1);
             }
         }
-        bar.finish_and_clear();
         Ok((ticks, trials))
     }
 }
 
-/// What a network of EEM-SAN's parts does in a control tick, as it is, in the exact accounting: sums
-/// over `seconds` of flight in `map` at 1 m/s.
+/// What networks of EEM-SAN's parts do in a control tick, as they are, in the exact accounting: sums
+/// over `seconds` of flight in `map` at 1 m/s, counted on `threads` threads.
 ///
 /// Errors: a network with a description; an arena that cannot be read.
 pub(super) fn operations(
+    names: &[&str],
+    (map, seconds, seed): (&str, u64, u64),
+    threads: usize,
+) -> Result<Vec<CountedOps>, Failure> {
+    let bar = progress(names.len() as u64 * seconds * TICKS_PER_S, "operations");
+    let next = AtomicUsize::new(0);
+    let count_some = || {
+        let mut counted = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(name) = names.get(index) else { return counted };
+            counted.push((index, operations_of(name, (map, seconds, seed), &bar)));
+        }
+    };
+    let shares: Vec<Vec<_>> = crossbeam::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.clamp(1, names.len().max(1)))
+            .map(|_| scope.spawn(|_| count_some()))
+            .collect();
+        workers.into_iter().map(|worker| worker.join().expect("no worker panics")).collect()
+    })
+    .expect("no worker panics");
+    bar.finish_and_clear();
+    let mut counted: Vec<_> = shares.into_iter().flatten().collect();
+    counted.sort_by_key(|(index, _)| *index);
+    counted.into_iter().map(|(_, counted)| counted).collect()
+}
+
+fn operations_of(
     name: &str,
-    map: &str,
-    seconds: u64,
-    seed: u64,
+    (map, seconds, seed): (&str, u64, u64),
+    bar: &ProgressBar,
 ) -> Result<CountedOps, Failure> {
     let Controller::EemSan(network) = builtin::open(name, None)? else {
         return Err(
@@ -248,7 +278,7 @@ pub(super) fn operations(
     let config = TrialConfig { camera, ..TrialConfig::eem_san(1.0) };
     let world = World::new(Arena::open(map)?);
     let steps = counted.steps();
-    let flight = Flight { name, seconds, seed, steps, world: &world, config: &config };
+    let flight = Flight { bar, seconds, seed, steps, world: &world, config: &config };
     let mut sum = Counts::default();
     let (ticks, _) = flight.fly(&mut |observation, streams, tick| {
         if tick == 0 {

@@ -5,15 +5,15 @@ mod condition;
 mod damage;
 mod degradation;
 mod driver;
+mod in_turn;
 mod recording;
-
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use agreement::{Agreement, AgreementError, Comparison, LayerAgreement};
 pub use condition::{CONDITIONS, Condition};
 pub use damage::{Damage, DamageError};
 pub use degradation::{DEGRADATIONS, Degradation, DegradedPart};
 pub use driver::{Driver, DriverKind, EngineKind};
+pub use in_turn::in_turn;
 pub use recording::{RASTER_NEURONS_MAX, Recording, Tick, check_recordable, record};
 
 use crate::closed_loop::planner::Terrain;
@@ -82,38 +82,20 @@ pub fn fly(
 ) -> Result<Vec<Flown>, FlyError> {
     let config = &driver.config(config)?;
     let planner = driver.planner_knowledge().map(|knowledge| (Terrain::new(world), knowledge));
-    let next = AtomicUsize::new(0);
-    let fly_some = || -> Result<Vec<Flown>, ConfigError> {
-        let mut flown = Vec::new();
-        loop {
-            let trial = next.fetch_add(1, Ordering::Relaxed);
-            let Some(pair) = pairs.get(trial) else { return Ok(flown) };
-            let streams = Streams::new(seed, trial as u64);
-            flown.push(match &planner {
-                None => fly_one(world, pair, config, driver, streams, trial)?,
-                Some((terrain, knowledge)) => {
-                    let (place, start, goal) = ((world, terrain), pair.start, pair.goal);
-                    let outcome =
-                        run_planned_trial(place, *knowledge, start, goal, config, streams)?;
-                    Flown { trial, outcome, chip: None }
-                }
-            });
-            finished();
-        }
+    let fly_trial = |trial: usize| -> Result<Flown, ConfigError> {
+        let (pair, streams) = (&pairs[trial], Streams::new(seed, trial as u64));
+        let flown = match &planner {
+            None => fly_one(world, pair, config, driver, streams, trial)?,
+            Some((terrain, knowledge)) => {
+                let (place, start, goal) = ((world, terrain), pair.start, pair.goal);
+                let outcome = run_planned_trial(place, *knowledge, start, goal, config, streams)?;
+                Flown { trial, outcome, chip: None }
+            }
+        };
+        finished();
+        Ok(flown)
     };
-    let shares: Vec<Result<Vec<Flown>, ConfigError>> = crossbeam::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.clamp(1, pairs.len().max(1)))
-            .map(|_| scope.spawn(|_| fly_some()))
-            .collect();
-        workers.into_iter().map(|worker| worker.join().expect("no worker panics")).collect()
-    })
-    .expect("no worker panics");
-    let mut flown = Vec::with_capacity(pairs.len());
-    for share in shares {
-        flown.extend(share?);
-    }
-    flown.sort_by_key(|flown| flown.trial);
-    Ok(flown)
+    Ok(in_turn(pairs.len(), threads, fly_trial)?)
 }
 
 fn fly_one(

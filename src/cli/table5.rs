@@ -1,12 +1,12 @@
 //! `spikeloop table5`.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::ProgressBar;
 use spikeloop::closed_loop::{Trial, TrialConfig};
 use spikeloop::coding::decode;
 use spikeloop::cost::{Activity, Counts, Modules, Row, Shape, closed_form};
+use spikeloop::evaluate::in_turn;
 use spikeloop::net::{Controller, EemSan, builtin};
 use spikeloop::nn::{Actor, ActorShape, Hsvae, HsvaeShape, StateWriter};
 use spikeloop::policy::Observation;
@@ -241,26 +241,10 @@ pub(super) fn operations(
     threads: usize,
 ) -> Result<Vec<CountedOps>, Failure> {
     let bar = progress(names.len() as u64 * seconds * TICKS_PER_S, "operations");
-    let next = AtomicUsize::new(0);
-    let count_some = || {
-        let mut counted = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(name) = names.get(index) else { return counted };
-            counted.push((index, operations_of(name, (map, seconds, seed), &bar)));
-        }
-    };
-    let shares: Vec<Vec<_>> = crossbeam::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.clamp(1, names.len().max(1)))
-            .map(|_| scope.spawn(|_| count_some()))
-            .collect();
-        workers.into_iter().map(|worker| worker.join().expect("no worker panics")).collect()
-    })
-    .expect("no worker panics");
+    let count = |index: usize| operations_of(names[index], (map, seconds, seed), &bar);
+    let counted = in_turn(names.len(), threads, count);
     bar.finish_and_clear();
-    let mut counted: Vec<_> = shares.into_iter().flatten().collect();
-    counted.sort_by_key(|(index, _)| *index);
-    counted.into_iter().map(|(_, counted)| counted).collect()
+    counted
 }
 
 fn operations_of(

@@ -225,11 +225,11 @@ impl Work<'_> {
                 core.lose_spikes(plan, before, loss, under_way_here);
             } else {
                 let mut done = OpCounts::default();
-                let mut pushed = self.fan.take(&run.plan.fans, core_id);
+                let pushed = self.fan.take(&run.plan.fans, core_id);
                 let weights = &run.plan.weights;
                 let arrived = (before, loss);
-                core.deliver((plan, weights), arrived, pushed.as_mut(), self.batch, &mut done);
-                core.update(plan, (&run.widths, run.fast), pushed, under_way_here, &mut done);
+                let sums = core.deliver((plan, weights), arrived, pushed, self.batch, &mut done);
+                core.update(plan, (&run.widths, run.fast), sums, under_way_here, &mut done);
                 if COUNTED {
                     for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
                         *slowest = (*slowest).max(times.of(&done));

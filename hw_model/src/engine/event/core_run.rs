@@ -106,19 +106,19 @@ impl CoreRun {
         }
     }
 
-    /// Adds the weights of all spikes that arrive, but for `pushed` ones that [`CoreRun::update`]
-    /// takes as they are.
+    /// Adds the weights of all spikes that arrive. Where what was `pushed` is all of them, its sums
+    /// stay where they are and come back for [`CoreRun::update`].
     #[inline(always)]
-    pub(super) fn deliver(
+    pub(super) fn deliver<'p>(
         &mut self,
         (plan, pool): (&CorePlan, &Pool),
         (before, loss): (&SpikeSets, Option<Loss>),
-        pushed: Option<&mut Pushed<'_>>,
+        pushed: Option<Pushed<'p>>,
         batch: &mut Batch,
         done: &mut OpCounts,
-    ) {
+    ) -> Option<&'p mut [i32]> {
         if std::mem::take(&mut self.deaf) {
-            return;
+            return None;
         }
         self.touched = match &mut self.sums {
             Sums::Narrow(sums) if plan.fit == Fit::Weights8Sums16 => {
@@ -127,27 +127,30 @@ impl CoreRun {
             Sums::Narrow(sums) => deliver(plan, &pool.wide, sums, (before, loss), batch, done),
             Sums::Wide(sums) => deliver(plan, &pool.wide, sums, (before, loss), batch, done),
         };
-        if let (Some(pushed), Sums::Wide(sums)) = (pushed, &mut self.sums) {
-            if !is_all_input(plan, pushed) {
-                for (sum, pushed) in sums.iter_mut().zip(&mut *pushed.sums) {
-                    *sum += std::mem::take(pushed);
-                }
-            }
-            if COUNTED {
-                done.axon_deliveries += pushed.axons;
-                done.synaptic_ops_sparse += pushed.synaptic_ops;
-            }
-            self.touched = Touched(u64::MAX);
+        let (Some(pushed), Sums::Wide(sums)) = (pushed, &mut self.sums) else { return None };
+        if COUNTED {
+            done.axon_deliveries += pushed.axons;
+            done.synaptic_ops_sparse += pushed.synaptic_ops;
         }
+        self.touched = Touched(u64::MAX);
+        // Nothing else arrives, and there is a sum for each compartment of the last block.
+        if plan.links.is_empty() && pushed.sums.len() >= plan.compartments.next_multiple_of(BLOCK) {
+            return Some(pushed.sums);
+        }
+        for (sum, pushed) in sums.iter_mut().zip(pushed.sums) {
+            *sum += std::mem::take(pushed);
+        }
+        None
     }
 
-    /// One step of every compartment; blocks that are asleep are only counted.
+    /// One step of every compartment with the core's own sums or, where there are some, with
+    /// `others`; blocks that are asleep are only counted.
     #[inline(always)]
     pub(super) fn update(
         &mut self,
         plan: &CorePlan,
         (widths, fast): (&Widths, bool),
-        pushed: Option<Pushed<'_>>,
+        others: Option<&mut [i32]>,
         spikes: &SourceSpikes,
         done: &mut OpCounts,
     ) {
@@ -162,8 +165,7 @@ impl CoreRun {
         match &mut self.sums {
             Sums::Narrow(sums) => update(plan, widths, fast, sums, state, spikes, done),
             Sums::Wide(sums) => {
-                let pushed = pushed.filter(|pushed| is_all_input(plan, pushed));
-                let sums = pushed.map_or(&mut sums[..], |pushed| pushed.sums);
+                let sums = others.unwrap_or(&mut sums[..]);
                 update(plan, widths, fast, sums, state, spikes, done)
             }
         }
@@ -196,13 +198,6 @@ impl CoreRun {
         self.refractory.fill(0);
         self.awake.fill(true);
     }
-}
-
-/// Whether a core can take what was pushed for its sums: nothing else arrives, and there is one for
-/// each compartment of its last block.
-#[inline(always)]
-fn is_all_input(plan: &CorePlan, pushed: &Pushed<'_>) -> bool {
-    plan.links.is_empty() && pushed.sums.len() >= plan.compartments.next_multiple_of(BLOCK)
 }
 
 /// `len` zeros that begin where a vector register's worth of memory does.

@@ -4,21 +4,30 @@
 #
 #   benches/counters.sh [FILTER]      FILTER picks benches by name, by default the networks on one thread
 #
-# Takes some fifteen minutes. What cargo and criterion say goes to standard error.
+# Takes some fifteen minutes, of which building is half. Many short rounds: a neighbour on the machine
+# then slows both engines alike. What cargo and criterion say goes to standard error.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 filter=${1:-^chip/.*/event/threads_1\$}
-rounds=3
+rounds=9
 
 measure() {
-    cargo bench --bench spikeloop "${@:2}" -- "$filter" | awk -v engine="$1" '
+    local flags=()
+    [ "$1" = with ] || flags=(--target-dir target/uncounted)
+    cargo bench --bench spikeloop "${flags[@]}" -- "$filter" \
+        --warm-up-time 0.3 --measurement-time 1 --noplot | awk -v engine="$1" '
         /^\| [a-z]+\// { print engine, $2, $4; next }
         { print > "/dev/stderr" }'
 }
 
-for _ in $(seq $rounds); do
-    measure with
-    RUSTFLAGS="--cfg uncounted" measure without --target-dir target/uncounted
+for round in $(seq $rounds); do
+    if [ $((round % 2)) = 1 ]; then
+        measure with
+        RUSTFLAGS="--cfg uncounted" measure without
+    else
+        RUSTFLAGS="--cfg uncounted" measure without
+        measure with
+    fi
 done | sort -k1,2 -k3n | awk -v rounds=$rounds '
     { name = $1 " " $2; if (++seen[name] == int((rounds + 1) / 2)) ms[name] = $3 }
     $1 == "with" && seen[name] == 1 { order[++n] = $2 }

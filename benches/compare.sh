@@ -5,8 +5,9 @@
 #   benches/compare.sh [FOLDER] [ROW ...]     all variants without events by default
 #
 # A row is a variant (san, popsan, bdett, laser-only, naive, eem-san), e2e (naive with an encoder that
-# learns through the actor), avae or fsvae (naive with another auto-encoder, trained first), or fixed-X
-# and learned-X with thresholds of X at the start; -2 or -3 after it is another seed of the actor. All
+# learns through the actor), avae or fsvae (naive with another auto-encoder, trained first), told
+# (eem-san with an encoder that was told of movers, trained first), or fixed-X and learned-X with
+# thresholds of X at the start; -2 or -3 after it is another seed of the actor. All
 # others with events take the auto-encoder that ships.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -35,6 +36,10 @@ for row in "${rows[@]}"; do
     avae | fsvae)
         "${train[@]}" hsvae --kind "$name" --out "$out/encoder-$name"
         what=(--recipe compare --variant naive --encoder "$out/encoder-$name/$name.safetensors")
+        ;;
+    told)
+        "${train[@]}" hsvae --config src/train/configs/told.toml --out "$out/encoder-told"
+        what=(--recipe compare --variant eem-san --encoder "$out/encoder-told/hsvae.safetensors")
         ;;
     *) what=(--recipe compare --variant "$name") ;;
     esac

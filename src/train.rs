@@ -11,6 +11,7 @@ pub mod config;
 pub mod end_to_end;
 pub mod flight;
 pub mod hsvae;
+pub mod mover_picture;
 mod recent;
 pub mod replay;
 pub mod rooms;

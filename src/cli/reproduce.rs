@@ -42,8 +42,8 @@ const NOTE: &str = "\
 paper: as printed, in maps that are not published. spread: standard deviation over trainings.
 s.e.: standard error of the mean over trainings, at least that of the number of trials. Networks
 called compare/... had the same steps of the recipe `compare` in the same rooms; \"longer\" is what
-ships as eem-san and laser-only. laser-only is EEM-SAN without its DVS branch. Degraded networks on
-the chip, and costs, are of the first training.";
+ships as eem-san and laser-only. laser-only is EEM-SAN without its DVS branch. Costs are of the first
+training.";
 
 pub(super) fn run(args: &ReproduceArgs) -> Result<Verdict, Failure> {
     last_seed(args.flights.seed, "--seeds", args.flights.seeds)?;
@@ -51,11 +51,11 @@ pub(super) fn run(args: &ReproduceArgs) -> Result<Verdict, Failure> {
         .map_err(|e| format!("{}: cannot make the folder: {e}", args.output.display()))?;
     files::check_writable(&args.file("state.json"))?;
     say(header(Some(args.flights.seed), &[]))?;
-    let costs = fly(args)?;
+    let (costs, refused) = fly(args)?;
     let state = args.state()?;
-    let reproduction = reproduction(args, &state, costs);
+    let reproduction = reproduction(args, &state, costs, &refused);
     let mut all = Report::new(REVISION);
-    print(&reproduction)?;
+    print(&reproduction, &refused)?;
     all.push("reproduction.json", Content::Reproduction(Box::new(reproduction.clone())));
     others(args, &mut all)?;
     all.push("state.json", Content::Success(state));
@@ -122,8 +122,8 @@ impl ReproduceArgs {
 }
 
 /// Flies every cell that is wanted and not in the state file, unless nothing shall be flown, and
-/// gives what networks take of the chip.
-fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
+/// gives what networks take of the chip, and those that it does not take.
+fn fly(args: &ReproduceArgs) -> Result<(Vec<CostRow>, Vec<Refused>), Failure> {
     for table in TABLES.iter().filter(|table| args.wants(table.name)) {
         fly_some(args, &args.evaluation(trained(table.rows), table.maps, table.conditions))?;
     }
@@ -134,10 +134,11 @@ fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
         evaluation.degraded.clone_from(&degraded);
         fly_some(args, &evaluation)?;
     }
-    let mut costs = Vec::new();
+    let (mut costs, mut refused) = (Vec::new(), Vec::new());
     if args.wants("cost") {
-        let (rows, chips) = compiled(first_trained(&all_rows()));
-        costs = rows;
+        let chips;
+        (costs, chips) = compiled(first_trained(&all_rows()));
+        refused.extend(costs.iter().filter_map(Refused::of));
         let names: Vec<&str> = costs.iter().map(|cost| &cost.network[..]).collect();
         let flight = (MAP, TABLE5_SECONDS, args.flights.seed);
         let threads = args.flights.threads.unwrap_or_else(all_threads);
@@ -148,12 +149,29 @@ fn fly(args: &ReproduceArgs) -> Result<Vec<CostRow>, Failure> {
         fly_chips(args, chips, &mut args.evaluation(Vec::new(), &[MAP], &dynamic))?;
     }
     if args.wants("degraded") {
-        let (_, chips) = compiled(first_trained(SUCCESS.rows));
+        let (rows, chips) = compiled(trained(SUCCESS.rows));
+        for new in rows.iter().filter_map(Refused::of) {
+            if !refused.iter().any(|known| known.network == new.network) {
+                refused.push(new);
+            }
+        }
         let mut evaluation = args.evaluation(Vec::new(), &[MAP], &dynamic);
         evaluation.degraded = degraded;
         fly_chips(args, chips, &mut evaluation)?;
     }
-    Ok(costs)
+    Ok((costs, refused))
+}
+
+/// A network that does not compile.
+struct Refused {
+    network: String,
+    why: String,
+}
+
+impl Refused {
+    fn of(row: &CostRow) -> Option<Self> {
+        Some(Self { network: row.network.clone(), why: row.refused.clone()? })
+    }
 }
 
 fn fly_some(args: &ReproduceArgs, evaluation: &EvaluateArgs) -> Result<(), Failure> {
@@ -240,12 +258,14 @@ fn reproduction(
     args: &ReproduceArgs,
     state: &SuccessTable,
     mut costs: Vec<CostRow>,
+    refused: &[Refused],
 ) -> Reproduction {
     let is_trained = |name: &str| builtin::is_name(name);
+    let is_refused = |name: &str| refused.iter().any(|refused| refused.network == name);
     let tables = TABLES.iter().filter(|table| args.wants(table.name));
     let mut all: Vec<_> = tables.map(|table| reproduced(table, state, &is_trained)).collect();
     if args.wants("degraded") {
-        all.push(degraded(state, &is_trained));
+        all.push(degraded(state, &is_trained, &is_refused));
     }
     costs.iter_mut().for_each(|cost| cost.add(state, CONDITIONS[0].name, MAP));
     Reproduction {
@@ -258,7 +278,7 @@ fn reproduction(
     }
 }
 
-fn print(reproduction: &Reproduction) -> Result<(), Failure> {
+fn print(reproduction: &Reproduction, refused: &[Refused]) -> Result<(), Failure> {
     for part in &reproduction.reproduced {
         say(format_args!("\n{}", part.title))?;
         say(rate_table(part))?;
@@ -270,16 +290,17 @@ fn print(reproduction: &Reproduction) -> Result<(), Failure> {
     if !reproduction.costs.is_empty() {
         say(format_args!("\nper decision on the chip, past movers on {MAP}, all seeds"))?;
         say(cost_rows_table(&reproduction.costs))?;
-        for cost in &reproduction.costs {
-            if let Some(why) = &cost.refused {
-                say(why)?;
-            }
-        }
         say(format_args!(
             "\nper decision of the float network as it is, {TABLE5_SECONDS} s of flight; exponentials are \
              neither sums nor products"
         ))?;
         say(counted_table(&reproduction.costs))?;
+    }
+    if !refused.is_empty() {
+        say("\nnot on the chip:")?;
+    }
+    for Refused { why, .. } in refused {
+        say(why)?;
     }
     Ok(())
 }

@@ -9,6 +9,7 @@ use spikeloop::net::{CHECKPOINT, EemSan, EventEncoder, NetError};
 use spikeloop::nn::{StateReader, StateWriter};
 use spikeloop::report::curves::{Curve, curves};
 use spikeloop::train::actor::Stage;
+use spikeloop::train::config::Shows;
 use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, Selected};
 
 use crate::cli::args::{KindArg, RecipeArg, TrainArgs, TrainVerb};
@@ -39,8 +40,10 @@ const CHECKPOINT_FILE: &str = "checkpoint.safetensors";
 /// Losses and success, round by round.
 const CURVES: &str = "curves.svg";
 
-/// Control ticks of each world in a measurement of the auto-encoder.
+/// Control ticks of each world in a measurement of the auto-encoder, and of one that shows movers,
+/// which are not in every picture.
 const MEASURE_TICKS: u64 = 60;
+const MEASURE_MOVERS_TICKS: u64 = 300;
 
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     match &args.what {
@@ -186,7 +189,10 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
     }
     bar.finish_and_clear();
     folder.checkpoint(|state| training.write(state))?;
-    let report = training.measure(MEASURE_TICKS);
+    let report = training.measure(match config.shows {
+        Shows::Frames => MEASURE_TICKS,
+        Shows::Movers => MEASURE_MOVERS_TICKS,
+    });
     folder.write(weights, &training.weights())?;
     let column =
         |index: usize| training.history().iter().map(|row| f64::from(row[index])).collect();
@@ -206,6 +212,13 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
             "  {what}: reconstruction {:.6}, mean picture {:.6}, picture before {:.6}",
             errors.reconstruction, errors.mean, errors.previous
         ))?;
+    }
+    if !report.explained.is_empty() {
+        let bands = report.explained.iter().map(|(name, share)| {
+            share.map_or_else(|| format!("{name} -"), |share| format!("{name} {share:.2}"))
+        });
+        let bands = bands.collect::<Vec<_>>().join(", ");
+        say(format_args!("variance explained of what movers do: {bands}"))?;
     }
     let rates: Vec<String> = report.rates.iter().map(|rate| format!("{rate:.3}")).collect();
     let what = match config.kind.spikes() {

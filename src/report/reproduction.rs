@@ -69,6 +69,9 @@ pub struct RateRow {
     /// Networks that have been trained, and have not flown here.
     #[serde(default)]
     pub not_flown: Vec<String>,
+    /// Networks that have been trained, and that the compiler refuses.
+    #[serde(default)]
+    pub refused: Vec<String>,
     /// Networks that have not been trained.
     pub missing: Vec<String>,
 }
@@ -242,7 +245,12 @@ pub fn reproduced(
 }
 
 /// Every trained method in every degraded condition, in floats and compiled, on map 1 past movers.
-pub fn degraded(table: &SuccessTable, is_trained: &dyn Fn(&str) -> bool) -> Reproduced {
+/// `is_refused` tells which networks the compiler does not take.
+pub fn degraded(
+    table: &SuccessTable,
+    is_trained: &dyn Fn(&str) -> bool,
+    is_refused: &dyn Fn(&str) -> bool,
+) -> Reproduced {
     let mut rows = Vec::new();
     let kinds = [None].into_iter().chain(DEGRADATIONS.iter().map(|kind| Some(kind.name)));
     for degraded in kinds {
@@ -250,7 +258,12 @@ pub fn degraded(table: &SuccessTable, is_trained: &dyn Fn(&str) -> bool) -> Repr
             let under = Flown { condition: CONDITIONS[0].name, degraded, map: "map1", on_chip };
             let there =
                 SUCCESS.rows.iter().filter(|row| row.networks.iter().any(|n| is_trained(n)));
-            rows.extend(there.map(|row| rate_row(row, None, &under, table, is_trained)));
+            rows.extend(there.map(|row| {
+                let mut row = rate_row(row, None, &under, table, is_trained);
+                let no = |name: &mut String| name.strip_prefix(ON_CHIP).is_some_and(is_refused);
+                row.refused = row.not_flown.extract_if(.., no).collect();
+                row
+            }));
         }
     }
     let title = "Degraded conditions, past movers on map 1".to_owned();
@@ -299,6 +312,7 @@ fn rate_row(
         printed,
         trained,
         not_flown,
+        refused: Vec::new(),
         missing: missing.map(|name| (*name).to_owned()).collect(),
     }
 }
@@ -339,9 +353,16 @@ pub fn rate_table(reproduced: &Reproduced) -> Table {
                 let there = if row.not_flown.is_empty() { "" } else { "not flown; " };
                 format!("{there}not trained: {}", row.missing.join(", "))
             }
+            (true, true) if row.not_flown.is_empty() && !row.refused.is_empty() => {
+                "refused by the compiler".to_owned()
+            }
             (true, true) => "not flown".to_owned(),
             (false, _) => {
-                let open = [(&row.not_flown, "not flown"), (&row.missing, "not trained")];
+                let open = [
+                    (&row.not_flown, "not flown"),
+                    (&row.refused, "refused"),
+                    (&row.missing, "not trained"),
+                ];
                 let open = open.iter().filter(|(names, _)| !names.is_empty());
                 let open = open.map(|(names, what)| format!("{} {what}", names.len()));
                 row.trained.iter().map(each_seed).chain(open).collect::<Vec<_>>().join("; ")

@@ -55,6 +55,7 @@ fn trained(rates: &[&[usize]]) -> RateRow {
         printed: None,
         trained: rates.iter().map(one).collect(),
         not_flown: Vec::new(),
+        refused: Vec::new(),
         missing: Vec::new(),
     }
 }
@@ -130,7 +131,7 @@ fn degraded_rows_are_of_their_own_cells() {
     };
     table.cells =
         vec![cell("eem-san", "map1", 1, 70), near("eem-san", 40), near("chip:eem-san", 30)];
-    let part = degraded(&table, &|_| true);
+    let part = degraded(&table, &|_| true, &|name| name == "compare/bdett");
     let mean = |degraded: Option<&str>, on_chip: bool| {
         let same = |row: &&RateRow| {
             row.label == "EEM-SAN, longer"
@@ -144,6 +145,15 @@ fn degraded_rows_are_of_their_own_cells() {
     assert_eq!(mean(Some("beams-near"), false), Some(0.4));
     assert_eq!(mean(Some("beams-near"), true), Some(0.3));
     assert_eq!(mean(Some("laser-noise"), true), None);
+    let text = rate_table(&part).to_string();
+    let line =
+        |text: &str, of: &str| text.lines().find(|line| line.contains(of)).unwrap().to_owned();
+    assert!(line(&text, "SAN, chip").ends_with("not flown |"), "{text}");
+    assert!(line(&text, "BDETT, chip").ends_with("not flown |"), "{text}");
+    let part = degraded(&table, &|_| true, &|name| name.starts_with("compare/bdett"));
+    let text = rate_table(&part).to_string();
+    assert!(line(&text, "BDETT, chip").ends_with("refused by the compiler |"), "{text}");
+    assert!(line(&text, " BDETT |").ends_with("not flown |"), "{text}");
 }
 
 #[test]

@@ -96,6 +96,18 @@ pub struct FlightConfig {
     pub ticks_per_round: u64,
 }
 
+/// What an auto-encoder's decoder learns to show after a control tick.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shows {
+    /// What the camera saw (the paper).
+    #[default]
+    Frames,
+    /// Where the movers in view are and how they move, which the simulator tells
+    /// ([`crate::train::mover_picture`]).
+    Movers,
+}
+
 /// Training of the auto-encoder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -114,6 +126,9 @@ pub struct HsvaeConfig {
     pub rooms: RoomRules,
     /// Step length of Adam.
     pub learning_rate: f32,
+    /// The share of it that is left at the end; it falls evenly with the updates.
+    #[serde(default = "one")]
+    pub learning_rate_end: f32,
     /// Weight of the divergence (1 in eq. 5).
     pub divergence_weight: f32,
     /// Weight of the mean spike rate.
@@ -132,7 +147,10 @@ pub struct HsvaeConfig {
     pub decoder_bias: f32,
     /// Share of noise in the action that drives.
     pub exploration: f64,
-    /// What the decoder is to show: 1 for the last frame of a tick (the paper), more for the mean
+    /// What the decoder is to show.
+    #[serde(default)]
+    pub shows: Shows,
+    /// Where it shows what was seen: 1 for the last frame of a tick (the paper), more for the mean
     /// of the tick's frames, blurred over squares of so many pixels.
     pub blur_px: usize,
     /// Control ticks of a stretch that gradients go back through.
@@ -320,6 +338,7 @@ impl HsvaeConfig {
         config.rooms.check(file)?;
         range(file, "rounds", config.rounds as f64, 1.0, 1e6)?;
         range(file, "learning_rate", f64::from(config.learning_rate), 0.0, 1.0)?;
+        range(file, "learning_rate_end", f64::from(config.learning_rate_end), 0.0, 1.0)?;
         range(file, "divergence_weight", f64::from(config.divergence_weight), 0.0, 1e3)?;
         range(file, "rate_weight", f64::from(config.rate_weight), 0.0, 1e3)?;
         range(file, "encoder_gain", f64::from(config.encoder_gain), 0.01, 100.0)?;
@@ -345,6 +364,17 @@ impl HsvaeConfig {
         self.rounds = 2;
         self.flight = FlightConfig { worlds: 2, ticks_per_round: 3, ..self.flight };
         self
+    }
+
+    /// Updates of a round.
+    pub fn updates_per_round(&self) -> u64 {
+        self.flight.ticks_per_round / self.stretch_ticks as u64
+    }
+
+    /// Step length of Adam after so many updates.
+    pub fn learning_rate_after(&self, updates: u64) -> f32 {
+        let all = self.rounds * self.updates_per_round();
+        self.learning_rate * (1.0 - updates as f32 / all.max(1) as f32).max(self.learning_rate_end)
     }
 
     /// Sizes of the network.

@@ -2,6 +2,7 @@ use super::*;
 use crate::net::{Controller, builtin};
 
 const HSVAE: &str = include_str!("configs/hsvae.toml");
+const TOLD: &str = include_str!("configs/told.toml");
 const FRESH: &str = include_str!("configs/fresh_encoder.toml");
 const COMPARE: &str = include_str!("configs/compare.toml");
 const COMPARE_E2E: &str = include_str!("configs/compare_e2e.toml");
@@ -63,16 +64,36 @@ fn variant_goes_with_the_encoder_or_is_refused() {
 
 #[test]
 fn configurations_that_ship_are_read() {
-    HsvaeConfig::from_toml("hsvae.toml", HSVAE).unwrap();
+    let shows = |text: &str| HsvaeConfig::from_toml("hsvae.toml", text).unwrap().shows;
+    assert_eq!([HSVAE, TOLD].map(shows), [Shows::Frames, Shows::Movers]);
     for text in ACTORS {
         ActorConfig::from_toml("actor", text).unwrap();
     }
 }
 
 #[test]
+fn steps_of_the_auto_encoder_get_shorter_where_they_should() {
+    let rates = |text: &str| {
+        let config = HsvaeConfig::from_toml("hsvae.toml", text).unwrap();
+        let all = config.rounds * config.updates_per_round();
+        [0, all / 2, all, 2 * all].map(|updates| config.learning_rate_after(updates))
+    };
+    assert_eq!(rates(HSVAE), [2e-3; 4]);
+    assert_eq!(rates(TOLD), [2e-3, 1e-3, 6e-5, 6e-5]);
+}
+
+#[test]
 fn bad_numbers_are_refused_with_their_limits() {
     let cases = [
         (hsvae_error("rounds = ", "rounds = 0 #"), "f.toml: rounds is 0, must be 1..=1000000"),
+        (
+            hsvae_error("[flight]", "learning_rate_end = 1.5\n[flight]"),
+            "learning_rate_end is 1.5, must be 0..=1",
+        ),
+        (
+            hsvae_error("[flight]", "shows = \"walls\"\n[flight]"),
+            "unknown variant `walls`, expected `frames` or `movers`",
+        ),
         (hsvae_error("blur_px = ", "blur_px = 99 #"), "blur_px is 99, must be 1..=31"),
         (hsvae_error("worlds = ", "worlds = 0 #"), "flight.worlds is 0, must be 1..=256"),
         (hsvae_error("exploration = ", "exploration = 2.0 #"), "exploration is 2, must be 0..=1"),

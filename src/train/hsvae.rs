@@ -4,17 +4,19 @@
 //! The paper drives first and learns from what was stored; here every stretch of frames is learned
 //! from as soon as it was flown and then forgotten, which needs no storage and never repeats.
 
+use std::ops::Range;
+
 use crate::closed_loop::TrialConfig;
-use crate::closed_loop::planner::{Knowledge, Terrain};
+use crate::closed_loop::planner::{Knowledge, Terrain, in_view};
 use crate::nn::adam::AdamSettings;
 use crate::nn::hsvae::{HsvaeLoss, HsvaeSettings, HsvaeTrainer, Sequences};
 use crate::nn::shards::Shards;
 use crate::nn::{Rectangular, StateError, StateReader, StateWriter};
-use crate::policy::{Action, EventFrame, FRAME_COLUMNS, FRAME_PIXELS};
+use crate::policy::{Action, EventFrame, FRAME_COLUMNS, FRAME_PIXELS, FRAME_ROWS};
 use crate::rng::{Streams, stream};
-use crate::train::config::{HsvaeConfig, TrainConfigError};
+use crate::train::config::{HsvaeConfig, Shows, TrainConfigError};
 use crate::train::flight::{Delays, Ends, Flight};
-use crate::train::{on_each, rooms};
+use crate::train::{mover_picture, on_each, rooms};
 use crate::world::World;
 
 /// Parts of a batch whose gradients are summed; threads do not change the result.
@@ -68,6 +70,9 @@ pub struct Errors {
 pub struct HsvaeReport {
     /// Against what the decoder was trained to show.
     pub targets: Errors,
+    /// Where it shows movers, the share of the variance that it explains by band of
+    /// [`mover_picture::BANDS`]; `None` where there is no variance. Empty otherwise.
+    pub explained: Vec<(&'static str, Option<f64>)>,
     /// Against the last frame of every tick.
     pub frames_last: Errors,
     /// Spikes per neuron and frame of each encoder layer; of artificial ones the share of outputs
@@ -116,7 +121,7 @@ impl HsvaeTraining {
 
     /// One round; `updated` is called after every update.
     pub fn run_round(&mut self, mut updated: impl FnMut()) -> Ends {
-        let stretches = self.config.flight.ticks_per_round / self.config.stretch_ticks as u64;
+        let stretches = self.config.updates_per_round();
         let (mut sum, mut ends) = (HsvaeLoss::default(), Ends::default());
         let worlds = self.worlds(self.round);
         let mut flights = self.flights(&worlds, self.round);
@@ -127,6 +132,7 @@ impl HsvaeTraining {
             let seen = self.fly(&mut flights, stretch * ticks as u64, ticks);
             let batch =
                 Sequences { samples: flights.len(), frames: &seen.frames, targets: &seen.targets };
+            self.trainer.set_learning_rate(self.config.learning_rate_after(self.updates()));
             let loss = self.trainer.update(&batch, &mut state, &streams);
             seen.ended.iter().for_each(|sample| state.clear(*sample, flights.len()));
             sum.reconstruction += loss.reconstruction;
@@ -167,7 +173,10 @@ impl HsvaeTraining {
             sums.add(&trace.mean, &trace.rates());
             seen.ended.iter().for_each(|sample| state.clear(*sample, samples));
         }
-        let (report, latent) = sums.finish();
+        let (mut report, latent) = sums.finish();
+        if self.config.shows == Shows::Frames {
+            report.explained.clear();
+        }
         self.latent = latent;
         report
     }
@@ -208,9 +217,21 @@ impl HsvaeTraining {
                     fill(frame, &mut frames[row * FRAME_PIXELS..(row + 1) * FRAME_PIXELS]);
                 }
             }
-            let first = tick * per_tick * samples * FRAME_PIXELS;
-            let seen = &frames[first..first + per_tick * samples * FRAME_PIXELS];
-            targets.extend(self.targets(seen, samples));
+            match self.config.shows {
+                Shows::Frames => {
+                    let first = tick * per_tick * samples * FRAME_PIXELS;
+                    let seen = &frames[first..first + per_tick * samples * FRAME_PIXELS];
+                    targets.extend(self.targets(seen, samples));
+                }
+                // After a flight that ended, the start of the next one.
+                Shows::Movers => {
+                    let mut picture = [0.0; FRAME_PIXELS];
+                    for flight in flights.iter() {
+                        mover_picture::draw(in_view(flight.trial()), &mut picture);
+                        targets.extend(picture);
+                    }
+                }
+            }
         }
         let ended = (0..samples).filter(|sample| flights[*sample].number() != before[*sample]);
         Seen { ended: ended.collect(), frames, targets }
@@ -302,7 +323,8 @@ fn fill(frame: &EventFrame, pixels: &mut [f32]) {
 
 /// Sums of squared errors.
 struct ErrorSums {
-    made: f64,
+    /// Of what was made, row by row.
+    made: Vec<f64>,
     before: f64,
     pixel: Vec<[f64; 2]>,
     pictures: usize,
@@ -310,14 +332,18 @@ struct ErrorSums {
 
 impl ErrorSums {
     fn new() -> Self {
-        Self { made: 0.0, before: 0.0, pixel: vec![[0.0; 2]; FRAME_PIXELS], pictures: 0 }
+        let pixel = vec![[0.0; 2]; FRAME_PIXELS];
+        Self { made: vec![0.0; FRAME_ROWS], before: 0.0, pixel, pictures: 0 }
     }
 
     fn add(&mut self, made: &[f32], wanted: &[f32], before: &[f32]) {
         let square = |a: &[f32], b: &[f32]| -> f64 {
             a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum()
         };
-        self.made += square(made, wanted);
+        let rows = made.chunks_exact(FRAME_COLUMNS).zip(wanted.chunks_exact(FRAME_COLUMNS));
+        for (sum, (made, wanted)) in (0..FRAME_ROWS).cycle().zip(rows) {
+            self.made[sum] += square(made, wanted);
+        }
         self.before += square(before, wanted);
         for picture in wanted.chunks_exact(FRAME_PIXELS) {
             for ([sum, squares], pixel) in self.pixel.iter_mut().zip(picture) {
@@ -329,14 +355,25 @@ impl ErrorSums {
     }
 
     fn finish(&self) -> Errors {
-        let n = self.pictures.max(1) as f64;
-        let pixels = n * FRAME_PIXELS as f64;
-        let variance = |[sum, squares]: &[f64; 2]| squares / n - (sum / n) * (sum / n);
+        let pixels = (self.pictures.max(1) * FRAME_PIXELS) as f64;
         Errors {
-            reconstruction: self.made / pixels,
-            mean: self.pixel.iter().map(variance).sum::<f64>() / FRAME_PIXELS as f64,
+            reconstruction: self.made.iter().sum::<f64>() / pixels,
+            mean: self.square_of_mean(0..FRAME_ROWS) / pixels,
             previous: self.before / pixels,
         }
+    }
+
+    /// Sum of the squared errors of the mean picture in these rows.
+    fn square_of_mean(&self, rows: Range<usize>) -> f64 {
+        let n = self.pictures.max(1) as f64;
+        let pixels = rows.start * FRAME_COLUMNS..rows.end * FRAME_COLUMNS;
+        self.pixel[pixels].iter().map(|[sum, squares]| squares - sum * (sum / n)).sum()
+    }
+
+    /// Share of the variance of these rows that what was made explains.
+    fn explained(&self, rows: Range<usize>) -> Option<f64> {
+        let all = self.square_of_mean(rows.clone());
+        (all > 0.0).then(|| 1.0 - self.made[rows].iter().sum::<f64>() / all)
     }
 }
 
@@ -385,8 +422,12 @@ impl Sums {
             deviation: deviation.collect(),
             mean: mean.iter().map(|mean| *mean as f32).collect(),
         };
+        let explained = |(name, rows): &(&'static str, Range<usize>)| {
+            (*name, self.targets.explained(rows.clone()))
+        };
         let report = HsvaeReport {
             targets: self.targets.finish(),
+            explained: mover_picture::BANDS.iter().map(explained).collect(),
             frames_last: self.frames.finish(),
             rates: self.rates.iter().map(|sum| sum / self.ticks.max(1) as f64).collect(),
             frames: self.frames.pictures,

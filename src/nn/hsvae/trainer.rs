@@ -68,6 +68,11 @@ impl HsvaeTrainer {
         self.adam.steps
     }
 
+    /// Step length of the next updates.
+    pub fn set_learning_rate(&mut self, learning_rate: f32) {
+        self.settings.adam.learning_rate = learning_rate;
+    }
+
     /// One step on a stretch; `state` is carried from stretch to stretch of the same episodes.
     pub fn update(
         &mut self,

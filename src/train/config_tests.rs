@@ -79,7 +79,7 @@ fn steps_of_the_auto_encoder_get_shorter_where_they_should() {
         [0, all / 2, all, 2 * all].map(|updates| config.learning_rate_after(updates))
     };
     assert_eq!(rates(HSVAE), [2e-3; 4]);
-    assert_eq!(rates(TOLD), [2e-3, 1e-3, 6e-5, 6e-5]);
+    assert_eq!(rates(TOLD), [2e-3, 1e-3, 2e-3 * 0.03, 2e-3 * 0.03]);
 }
 
 #[test]

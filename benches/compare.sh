@@ -7,8 +7,8 @@
 # A row is a variant (san, popsan, bdett, laser-only, naive, eem-san), e2e (naive with an encoder that
 # learns through the actor), avae or fsvae (naive with another auto-encoder, trained first), told
 # (eem-san with an encoder that was told of movers, trained first), or fixed-X and learned-X with
-# thresholds of X at the start; -2 or -3 after it is another seed of the actor. All
-# others with events take the auto-encoder that ships.
+# thresholds of X at the start; -2 or -3 after it is another seed of the actor. All others with events
+# take the auto-encoder that ships.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-out/compare}

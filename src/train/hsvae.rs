@@ -173,10 +173,7 @@ impl HsvaeTraining {
             sums.add(&trace.mean, &trace.rates());
             seen.ended.iter().for_each(|sample| state.clear(*sample, samples));
         }
-        let (mut report, latent) = sums.finish();
-        if self.config.shows == Shows::Frames {
-            report.explained.clear();
-        }
+        let (report, latent) = sums.finish(self.config.shows);
         self.latent = latent;
         report
     }
@@ -412,7 +409,7 @@ impl Sums {
         self.ticks += 1;
     }
 
-    fn finish(self) -> (HsvaeReport, Latent) {
+    fn finish(self, shows: Shows) -> (HsvaeReport, Latent) {
         let n = self.latents.max(1) as f64;
         let mean: Vec<f64> = self.latent.iter().map(|[sum, _]| sum / n).collect();
         let deviation = self.latent.iter().zip(&mean).map(|([_, squares], mean)| {
@@ -425,9 +422,13 @@ impl Sums {
         let explained = |(name, rows): &(&'static str, Range<usize>)| {
             (*name, self.targets.explained(rows.clone()))
         };
+        let bands = match shows {
+            Shows::Frames => &[][..],
+            Shows::Movers => &mover_picture::BANDS,
+        };
         let report = HsvaeReport {
             targets: self.targets.finish(),
-            explained: mover_picture::BANDS.iter().map(explained).collect(),
+            explained: bands.iter().map(explained).collect(),
             frames_last: self.frames.finish(),
             rates: self.rates.iter().map(|sum| sum / self.ticks.max(1) as f64).collect(),
             frames: self.frames.pictures,

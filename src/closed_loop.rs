@@ -9,12 +9,15 @@
 //! wins, since SAN tests it first.
 
 mod config;
+mod contact;
 mod outcome;
 pub mod planner;
+pub mod sighted;
 mod straight_to_goal;
 mod trial;
 
 pub use config::{ConfigError, Setting, TrialConfig};
+pub use contact::{MoverContact, Side};
 pub use outcome::{End, Outcome, TrialOutcome};
 pub use straight_to_goal::StraightToGoal;
 pub use trial::Trial;

@@ -5,6 +5,7 @@ pub mod agreement;
 pub mod bars;
 pub mod chip_picture;
 pub mod chip_plan;
+pub mod contacts;
 pub mod curves;
 pub mod document;
 pub mod energy;

@@ -313,7 +313,8 @@ pub(super) struct RunArgs {
 pub(super) struct DriveArgs {
     /// What drives, each in turn on the same trials: core maps (chip), description files (.toml),
     /// EEM-SANs (.safetensors) or built-in names (float), `straight`, `planner` (knows
-    /// everything), `planner-camera`, `planner-laser` (know what sensors show of the movers);
+    /// everything), `planner-camera`, `planner-laser` (know what sensors show of the movers;
+    /// `planner-camera:120` has another lens);
     /// chip:NETWORK compiles one first, for loihi1 by the policy nearest
     #[arg(required = true, value_name = "MAP|NETWORK")]
     pub(super) drivers: Vec<String>,

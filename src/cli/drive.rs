@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::evaluate::{Driver, EngineKind, check_recordable, fly, record};
+use spikeloop::report::contacts::{CONTACT_NOTE, driver_contacts};
 use spikeloop::report::energy::{ENERGY_NOTE, driver_energy, speed_line};
 use spikeloop::report::plot::trajectories;
 use spikeloop::report::replay::Replay;
@@ -212,6 +213,11 @@ pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
         camera_note(result)
     ))?;
     say(outcome_table(&result.drivers))?;
+    if let Some(contacts) = driver_contacts(&result.drivers) {
+        say("trials that ended in contact:")?;
+        say(contacts)?;
+        say(CONTACT_NOTE)?;
+    }
     let Some(costs) = cost_table(&result.drivers) else { return Ok(()) };
     say("per decision on the emulated chip (static energy is not part of the dynamic):")?;
     say(costs)?;

@@ -4,12 +4,14 @@ use std::path::Path;
 
 use hw_model::ChipSpec;
 use spikeloop::closed_loop::planner::Knowledge;
+use spikeloop::closed_loop::sighted::CAMERA_DEG;
 use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::weight_fault::WeightFault;
 use spikeloop::net::{Controller, builtin};
 use spikeloop::report::reproduction::ON_CHIP;
+use spikeloop::world::dvs::FIELD_OF_VIEW_DEG;
 
 use crate::cli::Failure;
 use crate::cli::compile::POLICY_DEFAULT;
@@ -19,9 +21,11 @@ pub(super) const STRAIGHT: &str = "straight";
 /// Names of the planner, by what it knows.
 const PLANNERS: [(&str, Knowledge); 3] = [
     ("planner", Knowledge::Everything),
-    ("planner-camera", Knowledge::Camera),
+    (PLANNER_CAMERA, Knowledge::Camera { field_of_view_deg: CAMERA_DEG }),
     ("planner-laser", Knowledge::Laser),
 ];
+/// The one that may have another lens, `:` and its field of view behind the name.
+const PLANNER_CAMERA: &str = "planner-camera";
 
 /// A driver for each name: core maps (chip), networks of any kind (float, or with `chip:` before
 /// the name compiled), `straight`, planners.
@@ -117,7 +121,7 @@ fn is_network(name: &str) -> bool {
     match path.extension() {
         Some(extension) => extension == "toml" || extension == "safetensors",
         None => {
-            let known = name == STRAIGHT || planner(name).is_some();
+            let known = name == STRAIGHT || planner(name).is_some() || lens(name).is_some();
             !known && (builtin::is_name(name) || !path.exists())
         }
     }
@@ -127,6 +131,26 @@ fn planner(name: &str) -> Option<Knowledge> {
     PLANNERS.iter().find(|(known, _)| *known == name).map(|(_, knowledge)| *knowledge)
 }
 
+/// The field of view in `planner-camera:DEGREES`, as text.
+fn lens(name: &str) -> Option<&str> {
+    name.strip_prefix(PLANNER_CAMERA)?.strip_prefix(':')
+}
+
+/// The planner with a camera of `degrees`; `name` is what errors mention.
+fn with_lens(name: &str, degrees: &str) -> Result<Driver, Failure> {
+    let (min, max) = FIELD_OF_VIEW_DEG;
+    match degrees.parse() {
+        Ok(field_of_view_deg) if (min..=max).contains(&f64::from(field_of_view_deg)) => {
+            Ok(Driver::planner(Knowledge::Camera { field_of_view_deg }))
+        }
+        _ => Err(format!(
+            "{name}: field of view {degrees}, whole degrees of {min}..={max} expected; give \
+             {PLANNER_CAMERA}:{CAMERA_DEG} or another lens"
+        )
+        .into()),
+    }
+}
+
 /// A core map by its label, `straight`, or else a network.
 fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driver, Failure> {
     if name == STRAIGHT {
@@ -134,6 +158,9 @@ fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driv
     }
     if let Some(knowledge) = planner(name) {
         return Ok(Driver::planner(knowledge));
+    }
+    if let Some(degrees) = lens(name) {
+        return with_lens(name, degrees);
     }
     if is_network(name) {
         return network_driver(name, weights, engine, |network| network);

@@ -9,6 +9,7 @@ use spikeloop::closed_loop::TrialConfig;
 use spikeloop::evaluate::{CONDITIONS, Condition, Degradation, Driver, EngineKind, fly};
 use spikeloop::files;
 use spikeloop::net::weight_fault::WeightFault;
+use spikeloop::report::contacts::CONTACT_NOTE;
 use spikeloop::report::energy::{ENERGY_NOTE, speed_line, success_energy};
 use spikeloop::report::plot::trajectories;
 use spikeloop::report::results::{
@@ -49,6 +50,11 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<Verdict, Failure> {
     say(NOTE)?;
     if has_paper_rows(&table) {
         say(PAPER_NOTE)?;
+    }
+    if let Some(contacts) = table.contact_table() {
+        say("trials that ended in contact, all maps and seeds:")?;
+        say(contacts)?;
+        say(CONTACT_NOTE)?;
     }
     if let Some(energy) = success_energy(&table) {
         say("per decision on the emulated chip, mean of all seeds:")?;

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use super::MoverContact;
+
 /// The three outcomes of SAN's and EEM-SAN's success tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
@@ -41,6 +43,8 @@ pub struct TrialOutcome {
     pub outcome: Outcome,
     /// Name of the obstacle or mover that was hit, in a collision.
     pub hit: Option<String>,
+    /// How it came to that, in a collision with a mover.
+    pub mover_contact: Option<MoverContact>,
     /// Length of the robot's way.
     pub path_m: f64,
     /// Simulated time, in whole physics steps.

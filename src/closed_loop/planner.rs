@@ -7,7 +7,7 @@
 mod forecast;
 mod terrain;
 
-pub use forecast::{CAMERA_M, Knowledge, Sighted, in_view};
+pub use forecast::Knowledge;
 pub use terrain::{Terrain, Ways};
 
 use nalgebra::Point2;

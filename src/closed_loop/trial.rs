@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::config::Setting;
-use super::{ConfigError, End, Outcome, TrialConfig, TrialOutcome};
+use super::{ConfigError, End, MoverContact, Outcome, TrialConfig, TrialOutcome};
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
 use crate::world::dvs::EventCamera;
@@ -174,6 +174,11 @@ impl<'w> Trial<'w> {
         self.ticks
     }
 
+    /// `[x mm, y mm, yaw mrad]` at the beginning of every control tick and after the last.
+    pub fn trajectory(&self) -> &[[i32; 3]] {
+        &self.trajectory
+    }
+
     /// Distance from the robot's centre to the goal.
     pub fn goal_distance_m(&self) -> f64 {
         (self.goal - self.robot.pose().position).norm()
@@ -184,6 +189,7 @@ impl<'w> Trial<'w> {
         let time_s = self.steps as f64 * PHYSICS_STEP_S;
         let path_m = self.robot.path_m();
         let end_goal_distance_m = self.goal_distance_m();
+        let mover_contact = MoverContact::of(&self);
         let (outcome, hit) = match self.end {
             Some(End::Goal) => (Outcome::Success, None),
             Some(End::Hit(name)) => (Outcome::Collision, Some(name)),
@@ -192,6 +198,7 @@ impl<'w> Trial<'w> {
         TrialOutcome {
             outcome,
             hit,
+            mover_contact,
             path_m,
             time_s,
             ticks: self.ticks,

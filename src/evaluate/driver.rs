@@ -5,6 +5,7 @@ use std::sync::Arc;
 use hw_model::{DenseEngine, Engine, EventEngine, OpCounts, container};
 
 use crate::closed_loop::planner::Knowledge;
+use crate::closed_loop::sighted::CAMERA_DEG;
 use crate::closed_loop::{StraightToGoal, TrialConfig};
 use crate::coding::LayerSpikes;
 use crate::evaluate::FlyError;
@@ -125,9 +126,14 @@ impl Driver {
     /// The planner.
     pub fn planner(knowledge: Knowledge) -> Self {
         let known = match knowledge {
-            Knowledge::Everything => "knows all",
-            Knowledge::Camera => "knows what camera and laser show",
-            Knowledge::Laser => "knows what the laser shows",
+            Knowledge::Everything => "knows all".to_owned(),
+            Knowledge::Camera { field_of_view_deg: CAMERA_DEG } => {
+                "knows what camera and laser show".to_owned()
+            }
+            Knowledge::Camera { field_of_view_deg } => {
+                format!("knows what a camera of {field_of_view_deg} degrees and the laser show")
+            }
+            Knowledge::Laser => "knows what the laser shows".to_owned(),
         };
         let label = format!("planner ({known})");
         Self { label, digest: None, kind: DriverKind::Planner(knowledge) }

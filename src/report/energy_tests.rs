@@ -31,6 +31,7 @@ fn summary(decisions: u64, dynamic_fj: u64) -> Summary {
         decisions,
         chip: Some(chip),
         artificial: Some(Ops { additions: 3_000_000, multiplications: 2_000_000 }),
+        contacts: None,
     }
 }
 

@@ -25,6 +25,7 @@ fn cell(network: &str, map: &str, seed: u64, success: usize) -> Cell {
         decisions: 1000,
         chip: None,
         artificial: None,
+        contacts: None,
     };
     Cell {
         network: network.to_owned(),

@@ -6,10 +6,11 @@ use hw_model::CoreMap;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::closed_loop::{Outcome, TrialConfig};
+use crate::closed_loop::{MoverContact, Outcome, TrialConfig};
 use crate::cost::{Ops, artificial_ops};
 use crate::evaluate::{Driver, Flown};
 use crate::host::{ChipUse, Deployment};
+use crate::report::contacts::Contacts;
 use crate::report::table_file::{Unreadable, of_format};
 use crate::world::World;
 use crate::world::dvs::CameraConfig;
@@ -283,6 +284,9 @@ pub struct TrialResult {
     pub outcome: String,
     /// What was hit.
     pub hit: Option<String>,
+    /// How it came to that, when it was a mover.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mover_contact: Option<MoverContact>,
     /// Length of the way.
     pub path_m: f64,
     /// Simulated time.
@@ -421,6 +425,9 @@ pub struct Summary {
     /// (iv) of Table 5, accounting `exact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub artificial: Option<Ops>,
+    /// How it came to contacts; `None` in files of before they were looked into.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contacts: Option<Contacts>,
 }
 
 impl DriverResult {
@@ -460,6 +467,7 @@ impl TrialResult {
             trial: flown.trial,
             outcome: o.outcome.to_string(),
             hit: o.hit.clone(),
+            mover_contact: o.mover_contact,
             path_m: o.path_m,
             time_s: o.time_s,
             decisions: o.decisions,
@@ -486,6 +494,7 @@ impl Summary {
             decisions: flown.iter().map(|f| f.outcome.decisions).sum(),
             chip,
             artificial: None,
+            contacts: Some(Contacts::new(flown.iter().map(|f| &f.outcome))),
         }
     }
 }

@@ -9,6 +9,7 @@ use thiserror::Error;
 use crate::closed_loop::TrialConfig;
 use crate::evaluate::{CONDITIONS, Condition, DEGRADATIONS};
 use crate::report::bars::{Bar, bars};
+use crate::report::contacts::contact_table;
 use crate::report::results::{CameraSettings, Summary};
 use crate::report::table_file::{TableError, check_settings, table_of};
 use crate::report::tables::plain;
@@ -125,6 +126,19 @@ pub enum SuccessError {
         /// Trials of every cell.
         trials: usize,
     },
+    /// Contacts do not add up to the trials that ended so.
+    #[error(
+        "{file}: cell {cell}: contacts do not add up, {collision} expected (collision) and each \
+         mover on one side and in one view; the file is damaged, give another one"
+    )]
+    Contacts {
+        /// The file.
+        file: String,
+        /// Number of the cell, from 0.
+        cell: usize,
+        /// Trials of the cell that ended in contact.
+        collision: usize,
+    },
 }
 
 /// What a cell is of: network, map, condition, what is degraded, seed.
@@ -200,6 +214,10 @@ impl SuccessTable {
             if let Some(found) = [s.trials, ended].into_iter().find(|found| *found != trials) {
                 return Err(SuccessError::Count { file: file.to_owned(), cell, found, trials });
             }
+            let collision = s.collision;
+            if s.contacts.is_some_and(|contacts| !contacts.add_up_to(collision as u64)) {
+                return Err(SuccessError::Contacts { file: file.to_owned(), cell, collision });
+            }
         }
         Ok(table)
     }
@@ -258,6 +276,26 @@ impl SuccessTable {
                 self.cells.push(cell);
             }
         }
+    }
+
+    /// Contacts of each network under each condition, all maps and seeds together; `None` where
+    /// some of it was flown before contacts were looked into. See [`crate::report::contacts::CONTACT_NOTE`].
+    pub fn contact_table(&self) -> Option<Table> {
+        let mut rows = Vec::new();
+        for under in all_under(self) {
+            for network in in_order(&self.cells, |cell| &cell.network) {
+                let of_row = |cell: &&Cell| cell.network == network && under.is_of(cell);
+                let cells: Vec<&Cell> = self.cells.iter().filter(of_row).collect();
+                let contacts = cells.iter().map(|cell| cell.summary.contacts);
+                let sum = contacts.reduce(|a, b| {
+                    let (mut a, b) = (a?, b?);
+                    a += b;
+                    Some(a)
+                });
+                rows.extend(sum.map(|sum| (vec![under.to_string(), network.to_owned()], sum)));
+            }
+        }
+        contact_table(&["condition", "network"], &rows)
     }
 
     /// What came of one network in a map; `None` where nothing was flown.

@@ -12,6 +12,7 @@
 
 use crate::closed_loop::TrialConfig;
 use crate::closed_loop::planner::{Knowledge, LEVELS, Terrain};
+use crate::closed_loop::sighted::CAMERA_DEG;
 use crate::net::{EemSan, EventEncoder};
 use crate::nn::adam::AdamSettings;
 use crate::nn::population::{SpikeDraws, sum_of_steps};
@@ -300,7 +301,7 @@ impl ActorTraining {
     fn knowledge(&self) -> Knowledge {
         match (self.config.teacher, &self.encoder) {
             (Teacher::Everything, _) => Knowledge::Everything,
-            (Teacher::Sensors, Some(_)) => Knowledge::Camera,
+            (Teacher::Sensors, Some(_)) => Knowledge::Camera { field_of_view_deg: CAMERA_DEG },
             (Teacher::Sensors, None) => Knowledge::Laser,
         }
     }

@@ -7,7 +7,8 @@
 use std::ops::Range;
 
 use crate::closed_loop::TrialConfig;
-use crate::closed_loop::planner::{Knowledge, Terrain, in_view};
+use crate::closed_loop::planner::{Knowledge, Terrain};
+use crate::closed_loop::sighted::in_view;
 use crate::nn::adam::AdamSettings;
 use crate::nn::hsvae::{HsvaeLoss, HsvaeSettings, HsvaeTrainer, Sequences};
 use crate::nn::shards::Shards;

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::closed_loop::planner::{CAMERA_M, Sighted};
+use crate::closed_loop::sighted::{CAMERA_M, Sighted};
 use crate::policy::{FRAME_COLUMNS, FRAME_PIXELS};
 
 /// Rows of each band, and what it shows. How near is the most of the picture: what else there is to

@@ -53,6 +53,52 @@ fn the_table_says_how_many_trials_ended_in_a_collision() {
 }
 
 #[test]
+fn contacts_are_told_by_side_and_by_view() {
+    let folder = Folder::new();
+    let line =
+        "evaluate straight --map map1 --condition dynamic-1.0 --trials 40 --seeds 2 --state s.json";
+    let ran = folder.good(line);
+    let cells = folder.json("s.json")["cells"].clone();
+    let sum = |name: &str| {
+        let counts = cells.as_array().unwrap().iter();
+        counts.map(|cell| cell["summary"]["contacts"][name].as_u64().unwrap()).sum::<u64>()
+    };
+    let [standing, ahead, beside, behind, camera, laser, neither] =
+        ["standing", "ahead", "beside", "behind", "camera", "laser", "neither"].map(sum);
+    let movers = ahead + beside + behind;
+    assert!(standing > 0 && movers > 0 && movers == camera + laser + neither, "{cells}");
+    let below = ran.out.split_once("trials that ended in contact").expect("a table").1;
+    let row = below.lines().find(|line| line.contains("| straight ")).expect("a row");
+    let shown: Vec<&str> = row.split('|').map(str::trim).collect();
+    let counts = [standing, ahead, beside, behind, camera, laser, neither];
+    assert_eq!(shown[3..10], counts.map(|n| n.to_string()), "{row}");
+    folder.good("report s.json -o page.html");
+    let page = String::from_utf8(folder.read("page.html")).unwrap();
+    assert!(page.contains("<p>Trials that ended in contact; ahead: within 45 degrees"));
+    // A table of before contacts were looked into has none to show.
+    let text = String::from_utf8(folder.read("s.json")).unwrap();
+    let (before, rest) = text.split_once(",\"contacts\":{").expect("contacts");
+    let after = rest.split_once('}').expect("their end").1;
+    folder.write("s.json", &format!("{before}{after}"));
+    assert!(!folder.good(line).out.contains("trials that ended in contact"));
+}
+
+#[test]
+fn the_planner_takes_another_lens() {
+    let folder = Folder::new();
+    let common = "--map map1 --condition dynamic-1.0 --trials 12 --seeds 1 --json t.json";
+    folder.good(&format!("evaluate planner-camera planner-camera:90 planner-camera:20 {common}"));
+    let cells = folder.json("t.json")["cells"].clone();
+    assert_eq!(cells[0]["summary"], cells[1]["summary"]);
+    assert_ne!(cells[0]["summary"], cells[2]["summary"]);
+    for (lens, part) in
+        [("9", "field of view 9, whole degrees of 10..=150"), ("151", "151"), ("x", "view x")]
+    {
+        refused(&folder, &format!("evaluate planner-camera:{lens} {common}"), &[part, lens]);
+    }
+}
+
+#[test]
 fn everything_that_drives_can_be_evaluated() {
     let folder = folder_with_network();
     reflex_map(&folder);
@@ -236,6 +282,10 @@ fn state_files_of_another_form_are_refused_and_stay() {
         (
             good.replacen("\"time_out\":2", "\"time_out\":3", 1),
             "s.json: cell 0: 3 outcomes, 2 expected (settings.trials); the file is damaged",
+        ),
+        (
+            good.replacen("\"neither\":", "\"neither\":1", 1),
+            "s.json: cell 0: contacts do not add up, 0 expected (collision)",
         ),
         (good[..good.len() / 2].to_owned(), "s.json: not a table"),
     ];

@@ -1,8 +1,12 @@
 use super::*;
 use crate::closed_loop::TrialConfig;
+use crate::closed_loop::sighted::CAMERA_DEG;
 use crate::rng::Streams;
+use crate::world::World;
 use crate::world::arena::Arena;
 use crate::world::geometry::Pose;
+
+const CAMERA: Knowledge = Knowledge::Camera { field_of_view_deg: CAMERA_DEG };
 
 /// A robot in the middle that looks east, past a wall in the north-east.
 fn known(from: [f64; 2], to: [f64; 2], knowledge: Knowledge) -> Option<[f64; 2]> {
@@ -27,7 +31,7 @@ fn known(from: [f64; 2], to: [f64; 2], knowledge: Knowledge) -> Option<[f64; 2]>
 fn in_view_of_the_camera_a_mover_goes_on() {
     let (from, to) = ([4.0, -1.0], [4.0, 8.0]);
     assert_eq!(known(from, to, Knowledge::Everything), Some([4.0, 2.0]));
-    assert_eq!(known(from, to, Knowledge::Camera), Some([4.0, 2.0]));
+    assert_eq!(known(from, to, CAMERA), Some([4.0, 2.0]));
     assert_eq!(known(from, to, Knowledge::Laser), Some([4.0, -1.0]));
 }
 
@@ -35,14 +39,14 @@ fn in_view_of_the_camera_a_mover_goes_on() {
 fn turns_at_the_end_of_a_track_are_known_to_who_knows_everything() {
     let (from, to) = ([4.0, -1.0], [4.0, 0.5]);
     assert_eq!(known(from, to, Knowledge::Everything), Some([4.0, -1.0]));
-    assert_eq!(known(from, to, Knowledge::Camera), Some([4.0, 2.0]));
+    assert_eq!(known(from, to, CAMERA), Some([4.0, 2.0]));
 }
 
 #[test]
 fn beside_the_camera_and_far_away_a_mover_stands() {
     for from in [[1.0, -2.0], [6.5, -1.0]] {
         let to = [from[0], from[1] - 5.0];
-        assert_eq!(known(from, to, Knowledge::Camera), Some(from));
+        assert_eq!(known(from, to, CAMERA), Some(from));
         assert_eq!(known(from, to, Knowledge::Laser), Some(from));
     }
 }
@@ -51,8 +55,17 @@ fn beside_the_camera_and_far_away_a_mover_stands() {
 fn behind_the_robot_or_a_wall_a_mover_is_unknown() {
     for from in [[-2.0, 0.0], [2.0, 3.0]] {
         let to = [from[0], from[1] + 5.0];
-        assert_eq!(known(from, to, Knowledge::Camera), None);
+        assert_eq!(known(from, to, CAMERA), None);
         assert_eq!(known(from, to, Knowledge::Laser), None);
         assert!(known(from, to, Knowledge::Everything).is_some());
     }
+}
+
+#[test]
+fn a_wider_lens_shows_more() {
+    let (from, to) = ([1.0, -2.0], [1.0, -7.0]);
+    let wide = |field_of_view_deg| known(from, to, Knowledge::Camera { field_of_view_deg });
+    assert_eq!(wide(90), Some([1.0, -2.0]));
+    assert_eq!(wide(126), Some([1.0, -2.0]));
+    assert_eq!(wide(128), Some([1.0, -5.0]));
 }

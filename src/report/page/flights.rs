@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use comfy_table::Table;
+
+use crate::report::contacts::{CONTACT_NOTE, driver_contacts};
 use crate::report::document::{Content, Report};
 use crate::report::page::html::{Section, heading, paragraph, picture, table};
 use crate::report::plot::{escape, trajectories};
@@ -64,16 +67,26 @@ pub(super) fn success_section(report: &Report) -> Section {
                 body += &paragraph(&escape(&about));
                 body += &picture(&success_bars(success));
                 body += &table(&success_table(success));
+                body += &contacts(success.contact_table());
             }
             Content::Drive(result) => {
                 body += &heading(&item.file);
                 body += &paragraph(&escape(&caption(result)));
                 body += &table(&outcome_table(&result.drivers));
+                body += &contacts(driver_contacts(&result.drivers));
             }
             _ => {}
         }
     }
     Section { id: "success", title: "Success", body }
+}
+
+/// How trials came to end in contact, where some did with movers.
+fn contacts(counts: Option<Table>) -> String {
+    counts.map_or_else(String::new, |counts| {
+        let about = format!("Trials that ended in contact; {CONTACT_NOTE}");
+        table(&counts) + &paragraph(&escape(&about))
+    })
 }
 
 fn caption(result: &DriveResult) -> String {

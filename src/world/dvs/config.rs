@@ -6,6 +6,9 @@ use crate::world::shown::shown;
 /// Smallest threshold of a pixel, ln units: the Gaussian's tail must not make a pixel fire always.
 pub const THRESHOLD_MIN: f64 = 0.01;
 
+/// Least and largest field of view.
+pub const FIELD_OF_VIEW_DEG: (f64, f64) = (10.0, 150.0);
+
 /// View, texture and pixels of an [`super::EventCamera`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraConfig {
@@ -108,7 +111,8 @@ pub struct CameraError {
 impl CameraConfig {
     /// Errs for the first setting outside of its limits.
     pub fn check(&self) -> Result<(), CameraError> {
-        in_range("field of view (deg)", self.field_of_view_deg, 10.0, 150.0)?;
+        let (min, max) = FIELD_OF_VIEW_DEG;
+        in_range("field of view (deg)", self.field_of_view_deg, min, max)?;
         // The tops of all things are above the lens, so that none is ever seen from above.
         in_range("height (m)", self.height_m, 0.05, HEIGHT_M_MIN)?;
         in_range("contrast (ln)", self.contrast, 0.0, 3.0)?;

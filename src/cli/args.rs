@@ -663,6 +663,10 @@ pub(super) struct ReproduceArgs {
     pub(super) parts: Vec<String>,
     #[command(flatten)]
     pub(super) flights: FlightsArgs,
+    /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds: of the
+    /// robot in all flights; give each its own folder
+    #[arg(long, default_value = "ideal", value_name = "PRESET")]
+    pub(super) actuators: Actuators,
     /// Folder for results, and for what is flown already: the same command goes on from there
     #[arg(short, long, value_name = "FOLDER", default_value = "out/reproduce")]
     pub(super) output: PathBuf,

@@ -16,7 +16,6 @@ use spikeloop::report::reproduction::{
 };
 use spikeloop::report::success::SuccessTable;
 use spikeloop::report::thresholds::{ThresholdsResult, thresholds_table};
-use spikeloop::world::robot::Actuators;
 
 use crate::cli::args::{EvaluateArgs, FlightsArgs, ReproduceArgs, Table5Args};
 use crate::cli::drive::all_threads;
@@ -98,7 +97,7 @@ impl ReproduceArgs {
             conditions: owned(conditions),
             degraded: Vec::new(),
             flights: self.flights,
-            actuators: Actuators::IDEAL,
+            actuators: self.actuators,
             ticks_max: TICKS_MAX,
             state: Some(self.file("state.json")),
             json: None,
@@ -279,6 +278,7 @@ fn reproduction(
 }
 
 fn print(reproduction: &Reproduction, refused: &[Refused]) -> Result<(), Failure> {
+    say(format_args!("actuators {}", reproduction.settings.actuators))?;
     for part in &reproduction.reproduced {
         say(format_args!("\n{}", part.title))?;
         say(rate_table(part))?;

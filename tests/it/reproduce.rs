@@ -70,6 +70,22 @@ fn without_flights_there_is_what_was_flown() {
 }
 
 #[test]
+fn robots_whose_wheels_lag_have_tables_of_their_own() {
+    let folder = Folder::new();
+    let line = "reproduce --only success --as-flown --trials 1 --seeds 1";
+    let flown = "evaluate compare/popsan --trials 1 --seeds 1 --state";
+    folder.good(&format!("{line} --actuators lag -o lag"));
+    folder.good(&format!("{flown} lag/state.json --actuators lag"));
+    let ran = folder.good(&format!("{line} --actuators lag -o lag"));
+    assert!(ran.out.contains("\nactuators lag\n"), "{}", ran.out);
+    assert!(ran.out.contains("; 2 not flown |"), "{}", ran.out);
+    let page = String::from_utf8(folder.read("lag/reproduction.html")).unwrap();
+    assert!(page.contains("each training, actuators lag."));
+    let part = "lag/state.json: actuators is \"lag\" there and \"ideal\" here";
+    refused(&folder, &format!("{line} -o lag"), &[part]);
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_before_anything_flies() {
     let folder = Folder::new();
     folder.write("file", b"");

@@ -12,10 +12,12 @@ pub(super) fn section(report: &Report) -> Section {
     for item in &report.items {
         let Content::Reproduction(result) = &item.content else { continue };
         let about = format!(
-            "{} trials for each of {} seeds and each training. Printed figures are of maps that \
-             are not published. s.e.: standard error; spread: standard deviation over trainings.",
+            "{} trials for each of {} seeds and each training, actuators {}. Printed figures are of \
+             maps that are not published. s.e.: standard error; spread: standard deviation over \
+             trainings.",
             result.settings.trials,
-            result.seeds.len()
+            result.seeds.len(),
+            result.settings.actuators
         );
         body += &paragraph(&escape(&about));
         for part in &result.reproduced {

@@ -207,6 +207,10 @@ pub(super) enum TrainVerb {
         /// Thresholds at the start, for good where they are fixed, in place of the configuration's
         #[arg(long, value_name = "X")]
         threshold: Option<f64>,
+        /// Of the robot in all flights, in place of the configuration's: ideal, lag, lag-0.4,
+        /// lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds
+        #[arg(long, value_name = "PRESET")]
+        actuators: Option<Actuators>,
         /// Weights of the auto-encoder, as `train hsvae` writes them, or of an EEM-SAN for its encoder
         #[arg(long, value_name = "FILE")]
         encoder: Option<PathBuf>,

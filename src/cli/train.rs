@@ -11,6 +11,7 @@ use spikeloop::report::curves::{Curve, curves};
 use spikeloop::train::actor::Stage;
 use spikeloop::train::config::Shows;
 use spikeloop::train::{ActorConfig, ActorTraining, HsvaeConfig, HsvaeTraining, Selected};
+use spikeloop::world::robot::Actuators;
 
 use crate::cli::args::{KindArg, RecipeArg, TrainArgs, TrainVerb};
 use crate::cli::drive::all_threads;
@@ -48,9 +49,10 @@ const MEASURE_MOVERS_TICKS: u64 = 300;
 pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     match &args.what {
         TrainVerb::Hsvae { kind } => hsvae(args, *kind),
-        TrainVerb::Actor { variant, threshold, encoder, recipe, from } => {
+        TrainVerb::Actor { variant, threshold, actuators, encoder, recipe, from } => {
             let files = [encoder.as_deref(), from.as_deref()];
-            actor(args, *recipe, (variant.as_deref(), *threshold), files)
+            let changes = (variant.as_deref(), *threshold, *actuators);
+            actor(args, *recipe, changes, files)
         }
     }
 }
@@ -255,7 +257,7 @@ fn built_in(recipe: RecipeArg) -> (&'static str, &'static str) {
 fn actor(
     args: &TrainArgs,
     recipe: Option<RecipeArg>,
-    (variant, threshold): (Option<&str>, Option<f64>),
+    (variant, threshold, actuators): (Option<&str>, Option<f64>, Option<Actuators>),
     [encoder, from]: [Option<&Path>; 2],
 ) -> Result<Verdict, Failure> {
     let files = [args.config.as_deref(), encoder, from];
@@ -275,6 +277,9 @@ fn actor(
     }
     if let Some(threshold) = threshold {
         config = config.with_threshold(threshold)?;
+    }
+    if let Some(actuators) = actuators {
+        config.flight.actuators = actuators.to_string();
     }
     if args.quick {
         config = config.quick();

@@ -54,6 +54,24 @@ fn the_other_auto_encoders_train_resume_and_lead_to_a_network_that_drives() {
 }
 
 #[test]
+fn a_robot_whose_wheels_lag_trains_another_actor() {
+    let folder = Folder::new();
+    let config = include_str!("../../src/train/configs/third.toml");
+    let lagging = config.replacen("actuators = \"ideal\"", "actuators = \"lag\"", 1);
+    assert_ne!(lagging, config);
+    folder.write("lag.toml", lagging.as_bytes());
+    folder.good(&format!("{ACTOR} --out ideal"));
+    folder.good(&format!("{ACTOR} --actuators lag --out lag"));
+    folder.good("train actor --quick --config lag.toml --threads 1 --out same");
+    let [ideal, lag, same] =
+        ["ideal", "lag", "same"].map(|out| folder.read(&format!("{out}/laser_only.safetensors")));
+    assert!(lag == same && lag != ideal);
+    let part = "was made with another configuration or encoder";
+    refused(&folder, &format!("{ACTOR} --actuators lag-0.4 --out lag"), &[part]);
+    refused(&folder, &format!("{ACTOR} --actuators slow --out new"), &["slow"]);
+}
+
+#[test]
 fn encoder_that_learns_with_the_actor_is_saved_with_it() {
     let folder = Folder::new();
     folder.good("train hsvae --quick --rounds 1 --out h");

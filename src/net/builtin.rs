@@ -17,11 +17,14 @@ const SAN: &str = include_str!("builtin/san.toml");
 pub const NAMES: [&str; 2] = ["reflex", "san"];
 
 /// Names of the networks that come trained, and their weights in the form of
-/// [`EemSan::from_bytes`]. Those called `compare/ROW` are rows of the paper's tables that had the same
+/// [`EemSan::from_bytes`]. Those called `lag/...` learned on for robots whose wheels lag
+/// (`benches/lag.sh`). Those called `compare/ROW` are rows of the paper's tables that had the same
 /// steps of training, `benches/compare.sh ROW`; `-2` and `-3` are other seeds of it.
 const TRAINED: &[(&str, &[u8])] = &[
     ("eem-san", include_bytes!("weights/eem_san.safetensors")),
     ("laser-only", include_bytes!("weights/laser_only.safetensors")),
+    ("lag/eem-san", include_bytes!("weights/lag/eem_san.safetensors")),
+    ("lag/laser-only", include_bytes!("weights/lag/laser_only.safetensors")),
     ("compare/san", include_bytes!("weights/compare/san.safetensors")),
     ("compare/san-2", include_bytes!("weights/compare/san-2.safetensors")),
     ("compare/san-3", include_bytes!("weights/compare/san-3.safetensors")),

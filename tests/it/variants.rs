@@ -224,6 +224,27 @@ fn networks_that_ship_for_comparison_are_what_their_names_say() {
     }
 }
 
+/// Forty trials without movers, of which what learned with ideal wheels loses some.
+#[test]
+fn networks_that_learned_with_lagging_wheels_bear_them() {
+    let folder = Folder::new();
+    let common = "--map map1 --condition static-1.0 --trials 40 --seeds 1 --actuators lag";
+    folder.good(&format!("evaluate laser-only lag/laser-only {common} --json t.json"));
+    let cells = folder.json("t.json")["cells"].clone();
+    let [ideal, lag] = [0, 1].map(|cell| cells[cell]["summary"]["success"].as_u64().unwrap());
+    assert!(lag >= 38 && lag > ideal, "{ideal}, {lag}");
+    for (lagging, ideal) in [("lag/laser-only", "laser-only"), ("lag/eem-san", "eem-san")] {
+        let [lagging, ideal] = [lagging, ideal].map(|name| builtin::open(name, None).unwrap());
+        let (Controller::EemSan(lagging), Controller::EemSan(ideal)) = (lagging, ideal) else {
+            panic!("no EEM-SAN")
+        };
+        let sizes =
+            |network: &EemSan| network.dense_layers().map(|l| l.neurons).collect::<Vec<_>>();
+        assert_eq!(sizes(&lagging), sizes(&ideal));
+        assert_eq!(lagging.encoder.is_some(), ideal.encoder.is_some());
+    }
+}
+
 /// Rows of figure 5. What is learned has left its start in every layer, but for 0.9: its last layers
 /// never spike, and no gradient passes them.
 #[test]

@@ -79,7 +79,7 @@ fn contacts_are_told_by_side_and_by_view() {
     let text = String::from_utf8(folder.read("s.json")).unwrap();
     let (before, rest) = text.split_once(",\"contacts\":{").expect("contacts");
     let after = rest.split_once('}').expect("their end").1;
-    folder.write("s.json", &format!("{before}{after}"));
+    folder.write("s.json", format!("{before}{after}"));
     assert!(!folder.good(line).out.contains("trials that ended in contact"));
 }
 

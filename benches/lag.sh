@@ -8,7 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-out/lag}
 cargo build --release
 weights=src/net/weights
-train=(target/release/spikeloop train actor --recipe fifth --seed 2 --rounds 20 --actuators lag)
+train=(target/release/spikeloop train actor --recipe fifth --seed 2 --until 20 --actuators lag)
 "${train[@]}" --from "$weights/laser_only.safetensors" --out "$out/laser_only"
 "${train[@]}" --from "$weights/eem_san.safetensors" --encoder "$weights/hsvae.safetensors" \
     --out "$out/eem_san"

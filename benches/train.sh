@@ -13,10 +13,10 @@ train() { target/release/spikeloop train "$@"; }
 
 train hsvae --out "$out/hsvae"
 train actor --recipe first --out "$out/first"
-train actor --recipe second --rounds 17 --from "$out/first/laser_only.safetensors" --out "$out/second"
-train actor --recipe third --rounds 20 --from "$out/second/laser_only.safetensors" --out "$out/third"
-train actor --recipe fourth --rounds 26 --from "$out/third/laser_only.safetensors" --out "$out/fourth"
+train actor --recipe second --until 17 --from "$out/first/laser_only.safetensors" --out "$out/second"
+train actor --recipe third --until 20 --from "$out/second/laser_only.safetensors" --out "$out/third"
+train actor --recipe fourth --until 26 --from "$out/third/laser_only.safetensors" --out "$out/fourth"
 before=$out/fourth/laser_only.safetensors
-train actor --recipe fifth --rounds "$rounds" --from "$before" --out "$out/control"
-train actor --recipe fifth --rounds "$rounds" --from "$before" \
+train actor --recipe fifth --until "$rounds" --from "$before" --out "$out/control"
+train actor --recipe fifth --until "$rounds" --from "$before" \
     --encoder "$out/hsvae/hsvae.safetensors" --out "$out/eem_san"

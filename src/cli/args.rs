@@ -141,6 +141,9 @@ pub(super) struct TrainArgs {
     /// Stop after this many rounds; the same command goes on from there
     #[arg(long, value_name = "N", value_parser = up_to(u64::MAX), global = true)]
     pub(super) rounds: Option<u64>,
+    /// Stop when this many rounds are done in all, those of earlier runs included
+    #[arg(long, value_name = "N", value_parser = up_to(u64::MAX), global = true, conflicts_with = "rounds")]
+    pub(super) until: Option<u64>,
     /// Rounds between checkpoints
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = up_to(u64::MAX), global = true)]
     pub(super) checkpoint_every: u64,

@@ -57,6 +57,14 @@ pub(super) fn run(args: &TrainArgs) -> Result<Verdict, Failure> {
     }
 }
 
+impl TrainArgs {
+    /// Rounds that this run may do of a training that has done `done`.
+    fn rounds_left(&self, done: u64) -> u64 {
+        let left = self.until.map(|until| until.saturating_sub(done));
+        left.or(self.rounds).unwrap_or(u64::MAX)
+    }
+}
+
 /// Files of a training run, all in one folder.
 struct Folder {
     path: PathBuf,
@@ -170,7 +178,7 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
     let updates = config.flight.ticks_per_round / config.stretch_ticks as u64;
     let bar = progress(training.rounds() * updates, "auto-encoder");
     bar.set_position(training.round() * updates);
-    let mut left = args.rounds.unwrap_or(u64::MAX);
+    let mut left = args.rounds_left(training.round());
     while training.round() < training.rounds() && left > 0 {
         let started = Instant::now();
         let ends = training.run_round(|| bar.inc(1));
@@ -311,7 +319,7 @@ fn actor(
     say(format_args!("network {}: {}", variant.name, variant.form))?;
     let bar = progress(training.rounds() * config.flight.ticks_per_round, "actor");
     bar.set_position(training.round() * config.flight.ticks_per_round);
-    let mut left = args.rounds.unwrap_or(u64::MAX);
+    let mut left = args.rounds_left(training.round());
     while training.round() < training.rounds() && left > 0 {
         say(actor_round(&mut training, &bar))?;
         left -= 1;

@@ -66,6 +66,15 @@ fn a_robot_whose_wheels_lag_trains_another_actor() {
     let [ideal, lag, same] =
         ["ideal", "lag", "same"].map(|out| folder.read(&format!("{out}/laser_only.safetensors")));
     assert!(lag == same && lag != ideal);
+    // In all, not in each run.
+    folder.good(&format!("{ACTOR} --actuators lag --until 1 --out until"));
+    for _ in 0..2 {
+        let ran = folder.good(&format!("{ACTOR} --actuators lag --until 2 --out until"));
+        assert!(ran.out.contains("resumed after round "), "{}", ran.out);
+        assert!(folder.read("until/laser_only.safetensors") == lag);
+    }
+    let both = format!("{ACTOR} --until 2 --rounds 1 --out until");
+    refused(&folder, &both, &["--until", "--rounds"]);
     let part = "was made with another configuration or encoder";
     refused(&folder, &format!("{ACTOR} --actuators lag-0.4 --out lag"), &[part]);
     refused(&folder, &format!("{ACTOR} --actuators slow --out new"), &["slow"]);

@@ -13,6 +13,7 @@ use spikeloop::nn::variant::VARIANTS;
 use spikeloop::report::reproduction::printed::TABLES;
 use spikeloop::study::AXES;
 use spikeloop::world::arena::EVALUATION_PAIRS;
+use spikeloop::world::dvs::CAMERA_DEG;
 use spikeloop::world::pairs::PAIRS_MAX;
 use spikeloop::world::robot::Actuators;
 
@@ -552,7 +553,7 @@ pub(super) struct CameraArgs {
     #[arg(long, default_value_t = 1.0, value_name = "M_PER_S")]
     pub(super) v_max: f64,
     /// Horizontal field of view
-    #[arg(long, default_value_t = 90.0, value_name = "DEG")]
+    #[arg(long, default_value_t = f64::from(CAMERA_DEG), value_name = "DEG")]
     pub(super) field_of_view: f64,
     /// Deviation of ln intensity over the surfaces that stand still
     #[arg(long, default_value_t = 0.5, value_name = "LN")]
@@ -671,7 +672,7 @@ pub(super) struct ReproduceArgs {
     #[command(flatten)]
     pub(super) flights: FlightsArgs,
     /// ideal, lag, lag-0.4, lag-split-a, lag-split-b, or v:DELAY+TAU,w:DELAY+TAU in seconds: of the
-    /// robot in all flights; give each its own folder
+    /// robot in all trials (operations are counted with ideal ones); give each its own folder
     #[arg(long, default_value = "ideal", value_name = "PRESET")]
     pub(super) actuators: Actuators,
     /// Folder for results, and for what is flown already: the same command goes on from there

@@ -4,14 +4,13 @@ use std::path::Path;
 
 use hw_model::ChipSpec;
 use spikeloop::closed_loop::planner::Knowledge;
-use spikeloop::closed_loop::sighted::CAMERA_DEG;
 use spikeloop::compile::Policy;
 use spikeloop::evaluate::{Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::weight_fault::WeightFault;
 use spikeloop::net::{Controller, builtin};
 use spikeloop::report::reproduction::ON_CHIP;
-use spikeloop::world::dvs::FIELD_OF_VIEW_DEG;
+use spikeloop::world::dvs::{CAMERA_DEG, FIELD_OF_VIEW_DEG};
 
 use crate::cli::Failure;
 use crate::cli::compile::POLICY_DEFAULT;

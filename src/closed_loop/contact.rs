@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sighted::{CAMERA_DEG, Sighted};
+use super::sighted::Sighted;
 use super::{End, Trial};
+use crate::world::dvs::CAMERA_DEG;
 use crate::world::geometry::Pose;
 
 /// Contact with a mover: where it came from, and whether sensors could have shown it.

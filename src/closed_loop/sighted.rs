@@ -4,14 +4,12 @@ use nalgebra::{Point2, Vector2};
 
 use super::Trial;
 use crate::world::World;
+use crate::world::dvs::CAMERA_DEG;
 use crate::world::geometry::Pose;
 use crate::world::mover::Mover;
 
 /// Movers farther away than this are not known from a camera.
 pub const CAMERA_M: f64 = 6.0;
-
-/// Field of view of the robot's camera.
-pub const CAMERA_DEG: u16 = 90;
 
 /// A mover that nothing hides, in front of the robot and in its frame: the laser sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use hw_model::{DenseEngine, Engine, EventEngine, OpCounts, container};
 
 use crate::closed_loop::planner::Knowledge;
-use crate::closed_loop::sighted::CAMERA_DEG;
 use crate::closed_loop::{StraightToGoal, TrialConfig};
 use crate::coding::LayerSpikes;
 use crate::evaluate::FlyError;
@@ -16,6 +15,7 @@ use crate::net::{Controller, Network};
 use crate::policy::{Action, Observation, Policy};
 use crate::reference::{EemSanPolicy, FloatPolicy};
 use crate::rng::Streams;
+use crate::world::dvs::CAMERA_DEG;
 
 /// Which engine runs a core map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -71,21 +71,22 @@ impl Contacts {
 }
 
 impl AddAssign for Contacts {
+    /// Files may say anything: sums end at the largest number.
     fn add_assign(&mut self, other: Self) {
-        self.standing += other.standing;
-        self.ahead += other.ahead;
-        self.beside += other.beside;
-        self.behind += other.behind;
-        self.camera += other.camera;
-        self.laser += other.laser;
-        self.neither += other.neither;
+        self.standing = self.standing.saturating_add(other.standing);
+        self.ahead = self.ahead.saturating_add(other.ahead);
+        self.beside = self.beside.saturating_add(other.beside);
+        self.behind = self.behind.saturating_add(other.behind);
+        self.camera = self.camera.saturating_add(other.camera);
+        self.laser = self.laser.saturating_add(other.laser);
+        self.neither = self.neither.saturating_add(other.neither);
     }
 }
 
 /// Contacts by whom, a row each: `names` are the columns that say whose they are. `None` without any
 /// contact with a mover.
 pub fn contact_table(names: &[&str], rows: &[(Vec<String>, Option<Contacts>)]) -> Option<Table> {
-    let any = |contacts: &Contacts| contacts.ahead + contacts.beside + contacts.behind > 0;
+    let any = |c: &Contacts| [c.ahead, c.beside, c.behind].iter().any(|n| *n > 0);
     if !rows.iter().any(|(_, contacts)| contacts.as_ref().is_some_and(any)) {
         return None;
     }

@@ -79,3 +79,11 @@ fn there_is_no_table_without_movers() {
     let standing = Contacts { standing: 3, ..Contacts::default() };
     assert!(contact_table(&[], &[(vec![], Some(standing)), (vec![], None)]).is_none());
 }
+
+#[test]
+fn counts_of_any_size_are_shown() {
+    let mut most = Contacts { standing: 0, ahead: u64::MAX, beside: u64::MAX, ..some() };
+    most += most;
+    assert_eq!((most.standing, most.ahead, most.behind), (0, u64::MAX, 4));
+    assert!(contact_table(&[], &[(vec![], Some(most))]).is_some());
+}

@@ -12,7 +12,6 @@
 
 use crate::closed_loop::TrialConfig;
 use crate::closed_loop::planner::{Knowledge, LEVELS, Terrain};
-use crate::closed_loop::sighted::CAMERA_DEG;
 use crate::net::{EemSan, EventEncoder};
 use crate::nn::adam::AdamSettings;
 use crate::nn::population::{SpikeDraws, sum_of_steps};
@@ -33,6 +32,7 @@ use crate::train::replay::{Batch, Replay};
 use crate::train::selection::Selection;
 use crate::train::{add_encoder, on_each, rooms};
 use crate::world::World;
+use crate::world::dvs::CAMERA_DEG;
 
 /// Parts of a batch whose gradients are summed; threads do not change the result.
 const SHARDS: usize = 2;

@@ -22,7 +22,9 @@ mod texture;
 mod view;
 
 pub use crate::policy::EventFrame;
-pub use config::{CameraConfig, CameraError, FIELD_OF_VIEW_DEG, PixelConfig, THRESHOLD_MIN};
+pub use config::{
+    CAMERA_DEG, CameraConfig, CameraError, FIELD_OF_VIEW_DEG, PixelConfig, THRESHOLD_MIN,
+};
 pub use frame::Event;
 pub use statistics::{Activity, Summary};
 pub use stream_file::{EVENTS_MAX, EventStream, EventStreamError};

@@ -1,9 +1,9 @@
 use super::*;
 use crate::closed_loop::TrialConfig;
-use crate::closed_loop::sighted::CAMERA_DEG;
 use crate::rng::Streams;
 use crate::world::World;
 use crate::world::arena::Arena;
+use crate::world::dvs::CAMERA_DEG;
 use crate::world::geometry::Pose;
 
 const CAMERA: Knowledge = Knowledge::Camera { field_of_view_deg: CAMERA_DEG };

@@ -9,6 +9,9 @@ pub const THRESHOLD_MIN: f64 = 0.01;
 /// Least and largest field of view.
 pub const FIELD_OF_VIEW_DEG: (f64, f64) = (10.0, 150.0);
 
+/// That of the robot's camera.
+pub const CAMERA_DEG: u16 = 90;
+
 /// View, texture and pixels of an [`super::EventCamera`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraConfig {
@@ -53,7 +56,7 @@ pub struct PixelConfig {
 impl Default for CameraConfig {
     fn default() -> Self {
         Self {
-            field_of_view_deg: 90.0,
+            field_of_view_deg: f64::from(CAMERA_DEG),
             height_m: 0.4,
             contrast: 0.5,
             mover_contrast: 1.0,

@@ -1,4 +1,4 @@
-//! What could differ on the chip: weights of fewer bits, narrower registers, faults.
+//! What could differ on the chip: weights of fewer bits, narrower registers, faults, more cores.
 //!
 //! A *variant* is one such chip and how the network is put on it; an *axis* changes one thing of the
 //! variant that ships, value by value.

@@ -68,3 +68,25 @@ fn damage_that_the_map_has_no_room_for_is_refused() {
     assert!(error.starts_with("faults: dead synapses = 1000001 per million"), "{error}");
     assert_eq!(broken.undamaged(), Variant::default());
 }
+
+#[test]
+fn fewer_neurons_on_a_core_take_more_cores_until_the_chip_is_full() {
+    let cores = |network: &Controller, most| {
+        let variant = Variant { neurons_per_core: most, ..Variant::default() };
+        variant.compile(network).map(|deployment| deployment.map.core_usage().used)
+    };
+    let network = laser_only();
+    let axis = Axis::named("neurons-per-core").unwrap();
+    let of: Vec<u64> = axis
+        .variants()
+        .map(|(_, variant)| cores(&network, variant.neurons_per_core).unwrap())
+        .collect();
+    assert!(of.is_sorted() && of[0] < 8 && of[6] > 96, "{of:?}");
+    let big = builtin::open("eem-san", None).unwrap();
+    let error = cores(&big, Some(64)).unwrap_err().to_string();
+    assert!(error.contains("128"), "{error}");
+    // Files of studies from before there was this axis.
+    let old = serde_json::to_value(Variant::default()).unwrap();
+    assert!(old.get("neurons_per_core").is_none());
+    assert_eq!(serde_json::from_value::<Variant>(old).unwrap(), Variant::default());
+}

@@ -1,4 +1,4 @@
-//! A study as small plots, one for each axis: success with its interval, and energy.
+//! A study as small plots, one for each axis: success with its interval, energy and chip time.
 
 use std::fmt::Write;
 
@@ -16,8 +16,9 @@ const TOP_PX: f64 = 52.0;
 
 const SUCCESS_COLOUR: &str = "#1f77b4";
 const ENERGY_COLOUR: &str = "#d62728";
+const TIME_COLOUR: &str = "#2c8a2c";
 
-/// Energies are those of this table.
+/// Energies and times are those of this table.
 const COST_TABLE: &str = COST_TABLES[0];
 
 /// Picture of all axes of a study.
@@ -28,13 +29,14 @@ pub fn study_picture(table: &StudyTable) -> String {
     let s = &table.settings;
     let title =
         format!("{} on {}, {}, {} trials each", s.network, s.map, s.condition, s.flight.trials);
+    let (energy_max, time_max) = (largest(table, energy_uj), largest(table, time_us));
     let mut svg = svg_open(width, height, 11);
     let _ = write!(
         svg,
-        r#"<text x="12" y="20" font-size="14">{}</text><text x="12" y="38"><tspan fill="{SUCCESS_COLOUR}">success with 95 % interval (dashed: float network)</tspan>, <tspan fill="{ENERGY_COLOUR}">dynamic energy per decision, uJ ({COST_TABLE})</tspan>, x: does not fly</text>"#,
-        escape(&title)
+        r#"<text x="12" y="20" font-size="14">{}</text><text x="12" y="38"><tspan fill="{SUCCESS_COLOUR}">success with 95 % interval (dashed: float network)</tspan>, per decision ({COST_TABLE}): <tspan fill="{ENERGY_COLOUR}">dynamic energy, uJ</tspan>, <tspan fill="{TIME_COLOUR}">chip time (top: {} us)</tspan>; x: does not fly</text>"#,
+        escape(&title),
+        digits(time_max)
     );
-    let energy_max = energy_max(table);
     for (index, axis) in table.axes.iter().enumerate() {
         let (column, row) = (index % COLUMNS, index / COLUMNS);
         let panel = Panel {
@@ -42,6 +44,7 @@ pub fn study_picture(table: &StudyTable) -> String {
             top: TOP_PX + PANEL_PX[1] * row as f64 + ABOVE_PX,
             values: axis.rows.len(),
             energy_max,
+            time_max,
         };
         panel.draw(&mut svg, table, axis);
     }
@@ -49,10 +52,10 @@ pub fn study_picture(table: &StudyTable) -> String {
     svg
 }
 
-/// Largest energy of all points, so that panels can be compared; 1 when there is none.
-fn energy_max(table: &StudyTable) -> f64 {
+/// Largest of all points, so that panels can be compared; 1 when there is none.
+fn largest(table: &StudyTable, of: fn(&OnChip) -> Option<f64>) -> f64 {
     let flown = table.points.iter().filter_map(|point| point.flown());
-    let largest = flown.filter_map(energy_uj).fold(0.0, f64::max);
+    let largest = flown.filter_map(of).fold(0.0, f64::max);
     if largest > 0.0 { largest } else { 1.0 }
 }
 
@@ -62,11 +65,18 @@ fn energy_uj(flown: &OnChip) -> Option<f64> {
     Some(cost.dynamic_fj as f64 / summary.decisions.max(1) as f64 / 1e9)
 }
 
+fn time_us(flown: &OnChip) -> Option<f64> {
+    let summary = &flown.tried.summary;
+    let cost = summary.chip.as_ref()?.costs.get(COST_TABLE)?;
+    Some(cost.time_ps as f64 / summary.decisions.max(1) as f64 / 1e6)
+}
+
 struct Panel {
     left: f64,
     top: f64,
     values: usize,
     energy_max: f64,
+    time_max: f64,
 }
 
 impl Panel {
@@ -92,7 +102,7 @@ impl Panel {
                 self.left
             );
         }
-        let (mut success, mut energy) = (Vec::new(), Vec::new());
+        let (mut success, mut energy, mut time) = (Vec::new(), Vec::new(), Vec::new());
         for (index, (label, variant)) in axis.rows.iter().enumerate() {
             let x = self.x(index);
             let below = self.y(0.0) + 14.0;
@@ -113,7 +123,9 @@ impl Panel {
             self.interval(svg, x, flown);
             success.push((x, self.y(flown.tried.rate())));
             energy.extend(energy_uj(flown).map(|uj| (x, self.y(uj / self.energy_max))));
+            time.extend(time_us(flown).map(|us| (x, self.y(us / self.time_max))));
         }
+        line(svg, &time, TIME_COLOUR, 1.2, 0.8);
         line(svg, &energy, ENERGY_COLOUR, 1.2, 0.8);
         line(svg, &success, SUCCESS_COLOUR, 1.8, 1.0);
     }
@@ -169,12 +181,12 @@ fn line(svg: &mut String, points: &[(f64, f64)], colour: &str, width: f64, opaci
     }
 }
 
-/// Enough digits to tell energies of one picture apart.
-fn digits(uj: f64) -> String {
-    match uj {
+/// Enough digits to tell values of one picture apart.
+fn digits(value: f64) -> String {
+    match value {
         0.0 => "0".to_owned(),
-        _ if uj >= 100.0 => format!("{uj:.0}"),
-        _ if uj >= 1.0 => format!("{uj:.1}"),
-        _ => format!("{uj:.3}"),
+        _ if value >= 100.0 => format!("{value:.0}"),
+        _ if value >= 1.0 => format!("{value:.1}"),
+        _ => format!("{value:.3}"),
     }
 }

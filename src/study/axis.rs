@@ -10,7 +10,7 @@ pub struct Axis {
     pub name: &'static str,
     /// What is varied, for people.
     pub about: &'static str,
-    /// The values, in the order of growing damage.
+    /// The values, from that of the chip as it is away.
     values: &'static [u32],
     label: fn(u32) -> String,
     set: fn(&mut Variant, u32),
@@ -20,7 +20,7 @@ const WEIGHT_BITS: &[u32] = &[8, 7, 6, 5, 4, 3, 2];
 const STATE_BITS: &[u32] = &[24, 20, 18, 17, 16, 14, 12];
 
 /// All axes.
-pub const AXES: [Axis; 9] = [
+pub const AXES: [Axis; 10] = [
     Axis {
         name: "bits",
         about: "weight bits, to nearest",
@@ -83,6 +83,13 @@ pub const AXES: [Axis; 9] = [
         values: &[0, 1, 2, 4, 8],
         label: plain,
         set: |variant, cores| variant.dead_cores = cores,
+    },
+    Axis {
+        name: "neurons-per-core",
+        about: "most neurons of a layer on a core",
+        values: &[1024, 256, 128, 64, 32, 16, 8],
+        label: plain,
+        set: |variant, most| variant.neurons_per_core = (most < 1024).then_some(most as usize),
     },
 ];
 

@@ -31,6 +31,9 @@ pub struct Variant {
     pub dead_synapses_per_million: u32,
     /// Cores in use that do nothing.
     pub dead_cores: u32,
+    /// Most neurons of one layer on a core, in place of as many as fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub neurons_per_core: Option<usize>,
 }
 
 /// A variant that cannot fly.
@@ -57,6 +60,7 @@ impl Default for Variant {
             messages_lost_per_million: 0,
             dead_synapses_per_million: 0,
             dead_cores: 0,
+            neurons_per_core: None,
         }
     }
 }
@@ -75,7 +79,8 @@ impl Variant {
     pub fn compile(&self, network: &Controller) -> Result<Deployment, VariantError> {
         let chip = ChipSpec::loihi1().with_state_bits(self.current_bits, self.voltage_bits)?;
         let policy = Policy::named(&self.policy)?.with_weight_bits(self.weight_bits)?;
-        Ok(Deployment::of_controller(network, &policy, &chip, None, Schedule::Held)?)
+        let most = self.neurons_per_core;
+        Ok(Deployment::of_controller(network, &policy, &chip, most, Schedule::Held)?)
     }
 
     /// `deployment` as a driver on chips that are broken like this one.

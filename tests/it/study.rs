@@ -171,3 +171,31 @@ fn networks_with_a_description_can_be_studied() {
     assert!(ran.out.contains("reflex (digest "), "{}", ran.out);
     assert_eq!(ran.out.matches("\n| voltage ").count(), 7, "{}", ran.out);
 }
+
+#[test]
+fn more_cores_change_time_and_messages_and_nothing_that_the_robot_does() {
+    let folder = Folder::new();
+    let line = "study laser-only --axis neurons-per-core --trials 2 --ticks-max 40 --json out.json";
+    let ran = folder.good(&format!("{line} --plot out.svg"));
+    assert_eq!(ran.out.matches("\n| neurons-per-core ").count(), 7, "{}", ran.out);
+    let study = folder.json("out.json");
+    let chip = |index: usize| &points(&study)[index]["result"]["flown"]["summary"]["chip"];
+    let (whole, spread) = (chip(0), chip(6));
+    let number = |of: &Value, path: &[&str]| {
+        path.iter().fold(of, |of, name| &of[*name]).as_u64().expect("a number") as f64
+    };
+    let updates = ["counters", "updates_spiking"];
+    assert_eq!(number(whole, &updates), number(spread, &updates));
+    for table in ["davies2018", "sanafe"] {
+        let time = ["costs", table, "time_ps"];
+        let faster = number(whole, &time) / number(spread, &time);
+        assert!(faster > 4.0, "{table}: {faster} times as fast");
+        let energy = ["costs", table, "dynamic_fj"];
+        assert!(number(whole, &energy) < number(spread, &energy), "messages cost nothing");
+    }
+    let outcomes = |index: usize| points(&study)[index]["result"]["flown"]["outcomes"].clone();
+    assert!((1..7).all(|index| outcomes(index) == outcomes(0)));
+    let picture = String::from_utf8(folder.read("out.svg")).unwrap();
+    assert_well_formed(&picture);
+    assert!(picture.contains("chip time (top: "));
+}

@@ -202,6 +202,13 @@ fn ints_of(npy: NpyFile<&[u8]>) -> Result<Vec<i64>, String> {
         (npyz::TypeChar::Uint, 1) => widen!(u8),
         (npyz::TypeChar::Uint, 2) => widen!(u16),
         (npyz::TypeChar::Uint, 4) => widen!(u32),
+        (npyz::TypeChar::Uint, 8) => {
+            let wide = npy.into_vec::<u64>().map_err(|e| e.to_string())?;
+            let narrow = |value| {
+                i64::try_from(value).map_err(|_| format!("has the value {value}, too large"))
+            };
+            wide.into_iter().map(narrow).collect::<Result<_, _>>()?
+        }
         _ => return Err(format!("has the type {}, whole numbers expected", dtype.descr())),
     })
 }

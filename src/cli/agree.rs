@@ -39,7 +39,8 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
         EngineArg::Event => Box::new(EventEngine::new(Arc::clone(&deployment.map))),
         EngineArg::Dense => Box::new(DenseEngine::new(Arc::clone(&deployment.map))),
     };
-    let mut comparison = Comparison::new(&network, &deployment, engine)?;
+    let mut comparison = Comparison::new(&network, &deployment, engine)
+        .map_err(|error| format!("{}: {error}", args.map.display()))?;
     let camera = network.encoder.is_some().then(CameraConfig::default);
     let config = TrialConfig { camera, ..TrialConfig::eem_san(args.v_max) };
     config.check()?;
@@ -74,7 +75,7 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     say(format_args!("{writes:.1} register writes per tick to hold cores, {lost} spikes lost"))?;
     if let Some(path) = &args.json {
         let names = [REVISION, &args.network, &map.1, &deployment.policy, &args.arena];
-        let result = AgreementResult::new(names, args.seed, trials, &comparison);
+        let result = AgreementResult::new(names, args.v_max, args.seed, trials, &comparison);
         output::write(path, &serde_json::to_vec_pretty(&result)?)?;
     }
     Ok(Verdict::Good)

@@ -39,6 +39,12 @@ where
     }
 }
 
+/// Bits of a weight, as policies take them.
+fn weight_bits(text: &str) -> Result<u8, String> {
+    let number = text.parse().ok().filter(|number| (2..=8).contains(number));
+    number.ok_or_else(|| format!("{text} is not in 2..=8"))
+}
+
 /// A picture's name, which must not promise what is not written.
 fn svg_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
@@ -243,7 +249,7 @@ pub(super) struct CompileArgs {
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
     /// Bits of a stored weight, 8 if not given (mixed signs: with the sign)
-    #[arg(long, value_name = "N", value_parser = up_to(8u8))]
+    #[arg(long, value_name = "N", value_parser = weight_bits)]
     pub(super) weight_bits: Option<u8>,
     /// How an EEM-SAN's encoder and decision module share the chip's steps: held (the default), or
     /// streaming

@@ -113,6 +113,9 @@ fn policy(args: &CameraArgs) -> Result<(Box<dyn Policy>, bool), Failure> {
         check_weights(&[STRAIGHT], args.weights.as_deref())?;
         return Ok((Box::new(StraightToGoal), false));
     }
+    if let Some(name) = args.driver.strip_prefix("chip:") {
+        return Err(format!("{}: the float network drives here; give {name}", args.driver).into());
+    }
     Ok(match builtin::open(&args.driver, args.weights.as_deref())? {
         Controller::Described(network) => (Box::new(FloatPolicy::new(&network)), false),
         Controller::EemSan(network) => {

@@ -93,7 +93,8 @@ fn compare(
     let trials = agree::fly(&network.name, seed, AGREE_TICKS, world, &config, &mut comparison)?;
     let (name, digest) = (&network.name, &deployment.map.digest());
     let names = [REVISION, name, digest, &deployment.policy, world.arena().name()];
-    let agreement = AgreementResult::new(names, seed, trials, &comparison);
+    let speed = config.wheel_speed_m_per_s_max;
+    let agreement = AgreementResult::new(names, speed, seed, trials, &comparison);
     say(agreement_table(&agreement.agreement))?;
     report.push("agree", Content::Agreement(agreement));
     let counting = Table5Args {

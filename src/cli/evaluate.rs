@@ -31,6 +31,9 @@ use crate::cli::drivers::{degraded_driver, drivers, last_seed, maps};
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
+/// The end of a picture.
+const SVG_END: &str = "</svg>\n";
+
 /// Below the table.
 const NOTE: &str = "\
 share of trials that reached the goal and that hit something, mean of all seeds, the rest out of time;
@@ -277,7 +280,7 @@ impl<'a> Evaluation<'a> {
         let tasks = self.tasks();
         let is_open = |task: &&Task| {
             state.find(task.key()).is_none()
-                || self.picture(task).is_some_and(|path| !path.exists())
+                || self.picture(task).is_some_and(|path| !self.is_picture_of(&path, task))
         };
         let open: Vec<Task> = tasks.iter().filter(is_open).copied().collect();
         if open.len() < tasks.len() {
@@ -319,7 +322,9 @@ impl<'a> Evaluation<'a> {
         })?;
         if let Some(path) = self.picture(task) {
             let picture = self.drive_result(task, result)?;
-            files::write_atomically(&path, trajectories(&picture).as_bytes())?;
+            let picture = trajectories(&picture);
+            let open = picture.strip_suffix(SVG_END).unwrap_or(&picture);
+            files::write_atomically(&path, format!("{open}{}", self.mark(task)).as_bytes())?;
         }
         Ok(Cell {
             network: driver.label.clone(),
@@ -333,6 +338,23 @@ impl<'a> Evaluation<'a> {
             camera: driver.needs_camera(),
             summary,
         })
+    }
+
+    /// What a picture of a cell ends with: told from those of other seeds, settings, networks or maps
+    /// of the same names.
+    fn mark(&self, task: &Task) -> String {
+        let key = task.key();
+        let of = (
+            serde_json::to_string(&self.settings).expect("settings are plain data"),
+            [key.network, key.map, key.condition, key.degraded.unwrap_or_default()],
+            [task.driver.digest.as_deref().unwrap_or_default(), &task.map.digest],
+            key.seed,
+        );
+        format!("<desc>cell {}</desc>{SVG_END}", container::digest(&of))
+    }
+
+    fn is_picture_of(&self, path: &Path, task: &Task) -> bool {
+        files::read_text(path).is_ok_and(|text| text.ends_with(&self.mark(task)))
     }
 
     /// Picture of the trajectories of a cell: the first seed has one.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::CommandFactory;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use spikeloop::world::arena::split_room;
 use spikeloop::{files, net};
 
 use crate::cli::drivers::network_of;
@@ -87,10 +88,12 @@ pub(super) fn picture_folder<'a>(
     Ok(())
 }
 
-/// An input and what is read with it; of a network to be compiled, the network.
+/// An input and what is read with it; of a network to be compiled, the network, of a room of an
+/// arena file, the file.
 fn read_with(input: &Path) -> Vec<PathBuf> {
     let input = input.to_str().map_or(input, |name| Path::new(network_of(name)));
-    [input.to_path_buf()].into_iter().chain(net::weights_beside(input)).collect()
+    let file = input.to_str().map(|name| PathBuf::from(split_room(name).0));
+    [input.to_path_buf()].into_iter().chain(file).chain(net::weights_beside(input)).collect()
 }
 
 /// Whether two paths lead to one regular file, or to one place where nothing is yet.

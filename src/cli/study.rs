@@ -72,6 +72,9 @@ impl<'a> Study<'a> {
         let inputs = inputs.into_iter().chain(args.weights.as_deref());
         check_outputs(args.state.iter().chain(&args.json).chain(&args.plot), inputs)?;
         each_once("--axis", &args.axes)?;
+        if let Some(name) = args.network.strip_prefix("chip:") {
+            return Err(format!("{}: study compiles it itself; give {name}", args.network).into());
+        }
         let network = builtin::open(&args.network, args.weights.as_deref())?;
         let condition = Condition::named(&args.condition).expect("clap knows the names");
         let base = TrialConfig { ticks_max: args.ticks_max, ..TrialConfig::eem_san(1.0) };

@@ -72,6 +72,15 @@ pub enum CompileError {
         /// Name of the chip.
         chip: String,
     },
+    /// A network without an encoder and the schedule `streaming`.
+    #[error(
+        "{network}, schedule streaming: there is no encoder of event frames to keep pace with; leave \
+         --schedule out"
+    )]
+    NothingToStream {
+        /// The network.
+        network: String,
+    },
     /// An encoder that is put to rest at each control tick (FSVAE) and the schedule `streaming`.
     #[error(
         "{network}, schedule streaming: the encoder is at rest at the start of each control tick \

@@ -40,7 +40,7 @@ pub struct Policy {
     /// What sets the scale of a layer.
     pub scale: Scale,
     /// Whether a layer takes the largest weight exponent at which none of its registers can
-    /// overflow; 0 otherwise. A larger exponent makes chip units finer beside the weights, so that
+    /// overflow, 0 if there is none or this is false. A larger exponent makes chip units finer beside the weights, so that
     /// thresholds and decays are cut less.
     pub largest_exponent: bool,
     /// Bits of a stored weight, in mixed mode with the sign: [`Policy::with_weight_bits`]. Biases
@@ -91,7 +91,7 @@ pub const POLICIES: [Policy; 7] = [
     },
     Policy {
         name: "fine",
-        about: "as nearest, with the largest weight exponent at which nothing can overflow",
+        about: "as nearest, with the largest weight exponent at which nothing can overflow, 0 if there is none",
         split_signs: true,
         rounding: Rounding::Nearest,
         scale: Scale::WeightsAlignedToThreshold,

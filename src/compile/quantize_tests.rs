@@ -39,6 +39,19 @@ fn nearest_uses_the_whole_range_for_weights_and_an_exponent_for_the_bias() {
 }
 
 #[test]
+fn tiny_weights_are_as_good_as_others() {
+    let weights = vec![0.25, -0.1, 0.003];
+    let usual = quantized(&layer(weights.clone(), vec![0.125], 0.5), "nearest").unwrap();
+    for power in [-120, -126, -130] {
+        let unit = 2f64.powi(power);
+        let tiny = |values: &[f32]| values.iter().map(|v| (f64::from(*v) * unit) as f32).collect();
+        let q = quantized(&layer(tiny(&weights), tiny(&[0.125]), 0.5 * unit), "nearest").unwrap();
+        assert_eq!((q.weights, q.bias), (usual.weights.clone(), usual.bias.clone()), "2^{power}");
+        assert_eq!(q.threshold_mantissa, usual.threshold_mantissa, "2^{power}");
+    }
+}
+
+#[test]
 fn mixed_signs_give_even_mantissas() {
     let q = quantized(&layer(vec![0.25, -0.1, 0.003], vec![0.0], 0.5), "mixed").unwrap();
     assert!(q.weights.iter().chain(&q.bias).all(|m| m % 2 == 0), "{:?}", q.weights);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use hw_model::{DenseEngine, Engine, EventEngine, OpCounts, container};
+use hw_model::{ChipSpec, DenseEngine, Engine, EventEngine, OpCounts, container};
 
 use crate::closed_loop::planner::Knowledge;
 use crate::closed_loop::{StraightToGoal, TrialConfig};
@@ -93,8 +93,10 @@ impl Driver {
         let dense = if engine == EngineKind::Dense { ", dense" } else { "" };
         let schedule = deployment.eem_san.as_ref().map(|program| program.schedule);
         let streaming = if schedule == Some(Schedule::Streaming) { ", streaming" } else { "" };
-        let label =
-            format!("{} chip ({}{streaming}{dense})", deployment.network, deployment.policy);
+        let chip = &deployment.map.chip().name;
+        let other = if *chip == ChipSpec::loihi1().name { "" } else { &format!(", {chip}") };
+        let (network, policy) = (&deployment.network, &deployment.policy);
+        let label = format!("{network} chip ({policy}{other}{streaming}{dense})");
         let event = engine == EngineKind::Event;
         let template = event.then(|| Box::new(EventEngine::new(Arc::clone(&deployment.map))));
         let digest = Some(deployment.digest());

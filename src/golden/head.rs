@@ -115,7 +115,7 @@ impl Lines<'_> {
             policy: text("policy", "nearest"),
             schedule,
             seed: self.number("seed", 1, u64::MAX)?,
-            count: self.number(counted, 1, COUNT_MAX)?,
+            count: self.count(counted)?,
             driver,
             arena: text("arena", "courtyard"),
             trial: self.number("trial", 0, 1 << 32)?,
@@ -128,6 +128,14 @@ impl Lines<'_> {
 
     fn get(&self, key: &str) -> Option<(usize, &str)> {
         self.lines.get(key).copied()
+    }
+
+    /// How many decisions or ticks: none would check nothing.
+    fn count(&self, key: &'static str) -> Result<u64, GoldenError> {
+        match self.number(key, 1, COUNT_MAX)? {
+            0 => Err(self.error(key, "1 or more")),
+            count => Ok(count),
+        }
     }
 
     fn number(&self, key: &'static str, default: u64, max: u64) -> Result<u64, GoldenError> {

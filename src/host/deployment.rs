@@ -169,10 +169,7 @@ impl Deployment {
         schedule: Schedule,
     ) -> Result<Self, CompileError> {
         if schedule == Schedule::Streaming && network.encoder.is_none() {
-            return Err(CompileError::Graph {
-                place: format!("network {}, schedule streaming", network.name),
-                problem: "there is no encoder of event frames to keep pace with".to_owned(),
-            });
+            return Err(CompileError::NothingToStream { network: network.name.clone() });
         }
         let quantized = quantize_eem_san(network, policy, chip)?;
         let forgets = network.encoder.as_ref().filter(|encoder| !encoder.kind.carries());

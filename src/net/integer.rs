@@ -7,15 +7,20 @@
 //! weights `[output channels, input channels, kernel, kernel]`. Projections of equal weights onto
 //! one population share them on the chip.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use crate::net::conv2d::{Conv2d, Shape};
 use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
 
 const NEURONS_MAX: usize = 1 << 20;
+
+/// Bytes of a name.
+const NAME_LEN_MAX: usize = 256;
 
 /// An integer network, checked for consistency of its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,6 +78,9 @@ impl Mantissas {
     }
 }
 
+/// Keys that were not asked for.
+type Rest = BTreeMap<String, IgnoredAny>;
+
 #[derive(Debug, Deserialize)]
 struct FileForm {
     name: String,
@@ -80,6 +88,13 @@ struct FileForm {
     delta_v: u16,
     populations: Vec<PopulationForm>,
     projections: Vec<ProjectionForm>,
+    #[serde(flatten)]
+    rest: Rest,
+}
+
+impl FileForm {
+    /// How it was made and what it is to be run with: notes that mean nothing here.
+    const NOTES: &[&str] = &["source", "note", "seed", "steps", "input_p"];
 }
 
 #[derive(Debug, Deserialize)]
@@ -90,6 +105,12 @@ struct PopulationForm {
     vth_mant: Option<u32>,
     #[serde(default)]
     bias: i64,
+    #[serde(flatten)]
+    rest: Rest,
+}
+
+impl PopulationForm {
+    const NOTES: &[&str] = &["note", "shape"];
 }
 
 #[derive(Debug, Deserialize)]
@@ -104,6 +125,12 @@ struct ProjectionForm {
     kernel: Option<usize>,
     stride: Option<usize>,
     pad: Option<usize>,
+    #[serde(flatten)]
+    rest: Rest,
+}
+
+impl ProjectionForm {
+    const NOTES: &[&str] = &["note", "layout"];
 }
 
 /// Reads a network; `weights` replaces the npz file beside the description.
@@ -111,15 +138,29 @@ struct ProjectionForm {
 /// Errors: unreadable files, unknown kinds, names without a population, arrays of another shape.
 pub fn read(path: &Path, weights: Option<&Path>) -> Result<IntegerNet, NetError> {
     let text = crate::net::text_of(path)?;
+    let file = path.display().to_string();
+    // A file of another kind has no weights beside it, and that is not what is wrong with it.
+    let form = form_of(&file, &text)?;
     let weights = weights.map_or_else(|| path.with_extension("npz"), Path::to_path_buf);
     let mut npz = Npz::open(&weights)?;
-    from_parts(&path.display().to_string(), &text, &mut npz)
+    from_form(&file, form, &mut npz)
 }
 
 /// The same from memory; `file` is the name that errors mention.
 pub fn from_parts(file: &str, text: &str, npz: &mut Npz) -> Result<IntegerNet, NetError> {
+    from_form(file, form_of(file, text)?, npz)
+}
+
+fn form_of(file: &str, text: &str) -> Result<FileForm, NetError> {
     let syntax = |message: String| NetError::Syntax { file: file.to_owned(), message };
     let form: FileForm = serde_json::from_str(text).map_err(|e| syntax(e.to_string()))?;
+    check_keys(&form).map_err(syntax)?;
+    check_names(&form).map_err(syntax)?;
+    Ok(form)
+}
+
+fn from_form(file: &str, form: FileForm, npz: &mut Npz) -> Result<IntegerNet, NetError> {
+    let syntax = |message: String| NetError::Syntax { file: file.to_owned(), message };
     let populations: Vec<_> =
         form.populations.iter().map(|p| population(file, p)).collect::<Result<_, _>>()?;
     let named = |name: &str| {
@@ -169,6 +210,47 @@ pub fn from_parts(file: &str, text: &str, npz: &mut Npz) -> Result<IntegerNet, N
         populations,
         projections,
     })
+}
+
+/// Errs for a key that nothing reads, so that a misspelt one cannot be lost.
+fn check_keys(form: &FileForm) -> Result<(), String> {
+    let populations = form.populations.iter().map(|p| ("population", &p.name, &p.rest));
+    let populations = populations
+        .map(|(what, name, rest)| (format!("{what} {name:?}"), rest, PopulationForm::NOTES));
+    let projections = form
+        .projections
+        .iter()
+        .map(|p| (format!("projection {:?}", p.name), &p.rest, ProjectionForm::NOTES));
+    let file = std::iter::once(("the file".to_owned(), &form.rest, FileForm::NOTES));
+    for (place, rest, notes) in file.chain(populations).chain(projections) {
+        if let Some(key) = rest.keys().find(|key| !notes.contains(&key.as_str())) {
+            return Err(format!("{place}: unknown key {key:?}; correct or remove it"));
+        }
+    }
+    Ok(())
+}
+
+/// Errs for names that tables and pictures could not show, and for populations of one name.
+fn check_names(form: &FileForm) -> Result<(), String> {
+    let populations = form.populations.iter().map(|p| ("population", &p.name));
+    let projections = form.projections.iter().map(|p| ("projection", &p.name));
+    for (what, name) in [("the file", &form.name)].into_iter().chain(populations).chain(projections)
+    {
+        if !(1..=NAME_LEN_MAX).contains(&name.len()) || name.chars().any(char::is_control) {
+            return Err(format!(
+                "{what}: name {name:?}, must be 1..={NAME_LEN_MAX} characters on one line"
+            ));
+        }
+    }
+    for (index, population) in form.populations.iter().enumerate() {
+        if form.populations[..index].iter().any(|other| other.name == population.name) {
+            return Err(format!(
+                "population {:?}: name given twice; projections could mean either",
+                population.name
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn population(file: &str, form: &PopulationForm) -> Result<IntegerPopulation, NetError> {

@@ -29,6 +29,9 @@ pub struct AgreementResult {
     pub counters_by_core: Vec<BTreeMap<String, u64>>,
     /// The arena as it was typed.
     pub arena: String,
+    /// Fastest wheel speed; `None` in results of before it was written down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub v_max_m_per_s: Option<f64>,
     /// Seed of the random streams.
     pub seed: u64,
     /// Trials flown to fill the ticks.
@@ -45,6 +48,7 @@ impl AgreementResult {
     /// policy of the core map, arena.
     pub fn new(
         [revision, network, map_digest, policy, arena]: [&str; 5],
+        v_max_m_per_s: f64,
         seed: u64,
         trials: usize,
         comparison: &Comparison,
@@ -58,6 +62,7 @@ impl AgreementResult {
             decisions: used.decisions,
             counters_by_core: counters_by_core(&used),
             arena: arena.to_owned(),
+            v_max_m_per_s: Some(v_max_m_per_s),
             seed,
             trials,
             delays_steps: comparison.delays().to_vec(),

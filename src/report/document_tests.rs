@@ -10,6 +10,7 @@ fn agreement() -> AgreementResult {
         decisions: 3,
         counters_by_core: Vec::new(),
         arena: "map1".to_owned(),
+        v_max_m_per_s: Some(1.0),
         seed: 1,
         trials: 2,
         delays_steps: vec![0],

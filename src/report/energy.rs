@@ -4,7 +4,7 @@ use comfy_table::Table;
 
 use crate::cost::{ArithmeticTable, Ops};
 use crate::report::results::{Cost, DriverResult, Summary};
-use crate::report::success::SuccessTable;
+use crate::report::success::{SuccessTable, grouped};
 use crate::report::tables::{micro, plain};
 
 /// Below a table of energies.
@@ -26,19 +26,7 @@ pub fn driver_energy(drivers: &[DriverResult]) -> Option<Table> {
 
 /// The same for each condition, network and map, mean of all seeds.
 pub fn success_energy(table: &SuccessTable) -> Option<Table> {
-    let mut rows: Vec<Row> = Vec::new();
-    for cell in &table.cells {
-        let condition = match &cell.degraded {
-            None => cell.condition.clone(),
-            Some(degraded) => format!("{}, {degraded}", cell.condition),
-        };
-        let name = vec![condition, cell.network.clone(), cell.map.clone()];
-        match rows.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, summaries)) => summaries.push(&cell.summary),
-            None => rows.push((name, vec![&cell.summary])),
-        }
-    }
-    energy_table(&["condition", "network", "map"], rows)
+    energy_table(&["condition", "network", "map"], grouped(table))
 }
 
 fn energy_table(header: &[&str], rows: Vec<Row>) -> Option<Table> {
@@ -64,9 +52,7 @@ fn energy_table(header: &[&str], rows: Vec<Row>) -> Option<Table> {
         let decisions = decisions.max(1) as f64;
         let mut row = label.clone();
         for name in &names {
-            row.push(micro(sum(summaries, name, |cost| cost.dynamic_fj), decisions));
-            let time_ps = sum(summaries, name, |cost| cost.time_ps) as f64;
-            row.push(format!("{:.1}", time_ps / decisions / 1e6));
+            row.extend(priced(summaries, name, decisions));
         }
         row.extend(artificial(summaries.iter().find_map(|s| s.artificial), &arithmetic));
         table.add_row(row);
@@ -74,9 +60,16 @@ fn energy_table(header: &[&str], rows: Vec<Row>) -> Option<Table> {
     (!rows.is_empty()).then_some(table)
 }
 
-fn sum(summaries: &[&Summary], name: &str, of: fn(&Cost) -> u64) -> u64 {
-    let costs = summaries.iter().flat_map(|s| &s.chip).flat_map(|chip| chip.costs.get(name));
-    costs.fold(0, |sum, cost| sum.saturating_add(of(cost)))
+/// Energy and time per decision by the cost table of this name; dashes when their chip has none of
+/// that name.
+fn priced(summaries: &[&Summary], name: &str, decisions: f64) -> [String; 2] {
+    let costs = || summaries.iter().flat_map(|s| &s.chip).flat_map(|chip| chip.costs.get(name));
+    if costs().next().is_none() {
+        return ["-".to_owned(), "-".to_owned()];
+    }
+    let sum = |of: fn(&Cost) -> u64| costs().fold(0u64, |sum, cost| sum.saturating_add(of(cost)));
+    let time_ps = sum(|cost| cost.time_ps) as f64;
+    [micro(sum(|cost| cost.dynamic_fj), decisions), format!("{:.1}", time_ps / decisions / 1e6)]
 }
 
 /// Products and energy by each table; dashes without a counterpart.

@@ -50,6 +50,20 @@ fn seeds_are_weighed_by_their_decisions_and_stand_beside_the_counterpart() {
 }
 
 #[test]
+fn a_chip_without_a_cost_table_has_dashes_there() {
+    let (one, mut two) = (summary(10, 20_000_000_000), summary(10, 20_000_000_000));
+    let costs = &mut two.chip.as_mut().unwrap().costs;
+    let cost = costs.remove("t").unwrap();
+    costs.insert("u".to_owned(), cost);
+    let rows = vec![(vec!["a".to_owned()], vec![&one]), (vec!["b".to_owned()], vec![&two])];
+    let text = energy_table(&["name"], rows).unwrap().to_string();
+    let row = |line: &str| line.split('|').map(|c| c.trim().to_owned()).collect::<Vec<_>>();
+    let rows: Vec<Vec<String>> = text.lines().skip(2).map(row).collect();
+    assert_eq!(rows[0][1..6], ["a", "2.00", "3.0", "-", "-"], "{text}");
+    assert_eq!(rows[1][1..6], ["b", "-", "-", "2.00", "3.0"], "{text}");
+}
+
+#[test]
 fn without_a_chip_there_is_no_table() {
     let float = Summary { chip: None, artificial: None, ..summary(1, 1) };
     assert!(energy_table(&["name"], vec![(vec!["a".to_owned()], vec![&float])]).is_none());

@@ -61,20 +61,47 @@ pub enum ResultError {
         /// Format in the file.
         found: u64,
     },
+    /// Trials do not add up to what the summary says of them.
+    #[error(
+        "{file}: {driver}, seed {seed}: {what} is {found}, but {expected} trials are so; the file is \
+         damaged, drive again"
+    )]
+    Count {
+        /// The file.
+        file: String,
+        /// Label of the driver.
+        driver: String,
+        /// Its seed.
+        seed: u64,
+        /// Field of the summary.
+        what: &'static str,
+        /// Its value.
+        found: usize,
+        /// Trials of that kind.
+        expected: usize,
+    },
 }
 
 impl DriveResult {
     /// Reads the text of a result; `file` is the name that errors mention.
     ///
-    /// Errors: not a result, or one of another format.
+    /// Errors: not a result, one of another format, or one whose trials do not add up.
     pub fn from_json(file: &str, text: &str) -> Result<Self, ResultError> {
-        of_format(text, RESULT_FORMAT).map_err(|unreadable| {
+        let result: Self = of_format(text, RESULT_FORMAT).map_err(|unreadable| {
             let file = file.to_owned();
             match unreadable {
                 Unreadable::Syntax(message) => ResultError::Syntax { file, message },
                 Unreadable::Format(found) => ResultError::Format { file, found },
             }
-        })
+        })?;
+        for driver in &result.drivers {
+            if let Some((what, found, expected)) = driver.miscounted() {
+                let (file, seed) = (file.to_owned(), driver.seed);
+                let driver = driver.label.clone();
+                return Err(ResultError::Count { file, driver, seed, what, found, expected });
+            }
+        }
+        Ok(result)
     }
 
     /// Name of one of the drivers: its label, with the seed where there are several.
@@ -254,6 +281,9 @@ pub struct DriverResult {
     pub seed: u64,
     /// SHA-256 of the core map, for a chip.
     pub map_digest: Option<String>,
+    /// Name of the chip, for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chip: Option<String>,
     /// SHA-256 of the network, or of the core map and what the host adds to it.
     #[serde(default)]
     pub digest: Option<String>,
@@ -431,6 +461,22 @@ pub struct Summary {
 }
 
 impl DriverResult {
+    /// The first count of the summary that is not that of the trials: its name, value, and trials.
+    fn miscounted(&self) -> Option<(&'static str, usize, usize)> {
+        let s = &self.summary;
+        let ended = |outcome: Outcome| {
+            let outcome = outcome.to_string();
+            self.trials.iter().filter(|trial| trial.outcome == outcome).count()
+        };
+        let counts = [
+            ("trials", s.trials, self.trials.len()),
+            ("success", s.success, ended(Outcome::Success)),
+            ("collision", s.collision, ended(Outcome::Collision)),
+            ("time_out", s.time_out, ended(Outcome::TimeOut)),
+        ];
+        counts.into_iter().find(|(_, found, expected)| found != expected)
+    }
+
     /// Sums up what `driver` flew.
     pub fn new(driver: &Driver, seed: u64, flown: &[Flown], wall_s: f64) -> Self {
         let map = driver.deployment().map(|deployment| &deployment.map);
@@ -449,6 +495,7 @@ impl DriverResult {
             label: driver.label.clone(),
             seed,
             map_digest: map.map(|map| map.digest()),
+            chip: map.map(|map| map.chip().name.clone()),
             digest: driver.digest.clone(),
             camera: driver.needs_camera(),
             cost_tables: map.map_or_else(Vec::new, |map| CostTableNote::all(map)),

@@ -365,6 +365,30 @@ fn all_under(table: &SuccessTable) -> Vec<Under<'_>> {
     all
 }
 
+/// Cells of all seeds together, in the order of [`success_table`]: condition, network and map, and
+/// their summaries.
+pub(super) fn grouped(table: &SuccessTable) -> Vec<(Vec<String>, Vec<&Summary>)> {
+    let networks = in_order(&table.cells, |cell| &cell.network);
+    let maps = in_order(&table.cells, |cell| &cell.map);
+    let mut groups = Vec::new();
+    for under in all_under(table) {
+        for network in &networks {
+            for map in &maps {
+                let same = |cell: &&Cell| {
+                    cell.network == *network && cell.map == *map && under.is_of(cell)
+                };
+                let of: Vec<&Summary> =
+                    table.cells.iter().filter(same).map(|cell| &cell.summary).collect();
+                if !of.is_empty() {
+                    let names = [under.to_string(), (*network).to_owned(), (*map).to_owned()];
+                    groups.push((names.to_vec(), of));
+                }
+            }
+        }
+    }
+    groups
+}
+
 /// Success rates: a row for each condition and network, the paper's below; for each map the mean
 /// of all seeds, the share that hit something, and every seed's success.
 pub fn success_table(table: &SuccessTable) -> Table {

@@ -9,6 +9,7 @@ mod write;
 
 pub use error::{ArenaError, ObstacleError};
 pub use named::{EVALUATION_PAIRS, EVALUATION_SEED, list_named};
+pub use read::split_room;
 
 use nalgebra::Point2;
 

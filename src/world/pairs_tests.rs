@@ -132,13 +132,13 @@ fn draws_that_cannot_succeed_end_with_an_error() {
     assert_eq!(
         generate(&full, 1, PairRules::default()).unwrap_err().to_string(),
         "arena field has no free start: 10000 tries (TRIES_MAX), none 0.5 m clear of everything; \
-         take obstacles out of it, or give pairs of your own (--pairs)"
+         take obstacles out of it, or fly pairs of your own (`drive --pairs`)"
     );
     let far = PairRules { distance_m_min: 30.0, clearance_m: 0.5 };
     assert_eq!(
         generate(&courtyard(), 3, far).unwrap_err().to_string(),
         "arena courtyard-moving: 10000 tries (TRIES_MAX) for pair 0, no goal 30 m or more from a \
-         start and 0.5 m clear; ask for less distance"
+         start and 0.5 m clear; make the arena larger or emptier, or fly pairs of your own (`drive --pairs`)"
     );
     let nonsense = PairRules { distance_m_min: f64::NAN, clearance_m: 0.5 };
     assert_eq!(

@@ -146,6 +146,11 @@ fn the_tiny_network_itself_is_good() {
     write_tiny(&folder, TINY, |_| ());
     folder.good("compile tiny.toml -o tiny.map");
     folder.good("drive tiny.toml tiny.map --trials 1");
+    // Its weights in half the bytes are the same ones: 0.25 and -0.5 are numbers of 16 bits.
+    folder.good("halve tiny.safetensors -o half.safetensors");
+    assert!(folder.read("half.safetensors").len() < folder.read("tiny.safetensors").len());
+    folder.good("compile tiny.toml --weights half.safetensors -o half.map");
+    assert!(folder.read("half.map") == folder.read("tiny.map"));
 }
 
 #[test]
@@ -402,8 +407,9 @@ fn outputs_that_would_replace_an_input_or_each_other_are_refused() {
     write_tiny(&folder, TINY, |_| ());
     folder.write("in.npz", reflex_spikes(&[0], &[6]));
     folder.write("a.json", br#"{"arena": {"xmin": 0, "xmax": 12, "ymin": 0, "ymax": 12}}"#);
-    folder.write("net.json", b"{}");
+    folder.write("net.json", INTEGERS);
     folder.write("net.npz", b"");
+    folder.write("b.svg", b"{}");
     let cases = [
         "compile tiny.toml -o tiny.safetensors",
         "compile net.json -o net.npz",
@@ -411,6 +417,10 @@ fn outputs_that_would_replace_an_input_or_each_other_are_refused() {
         "evaluate chip:tiny.toml --map map1 --condition static-1.0 --json tiny.toml",
         "evaluate tiny.toml --map map1 --condition static-1.0 --state tiny.safetensors",
         "camera --arena a.json --events a.json",
+        "drive straight --arena a.json#1 --json a.json",
+        "evaluate straight --map a.json#2 --json ./a.json",
+        "study laser-only --map a.json#1 --state a.json",
+        "arena b.svg#1 -o b.svg",
         "drive reflex --json new --replay ./new",
         "compile tiny.toml -o ./tiny.toml",
         "compile tiny.toml --weights tiny.safetensors -o tiny.safetensors",
@@ -581,9 +591,14 @@ fn spike_files_with_bad_arrays_are_refused() {
     let one = longs(&[0]);
     let floats = npy("<f8", "False", "(1,)", &[0; 8]);
     let nested = npy("<i8", "False", &format!("{}1{}", "(".repeat(200), ")".repeat(200)), &[0; 8]);
-    let cases: [(Vec<u8>, Vec<u8>, &str); 17] = [
+    let cases: [(Vec<u8>, Vec<u8>, &str); 18] = [
         (floats.clone(), one.clone(), "array in_t: has the type '<f8', whole numbers expected"),
         (one.clone(), floats, "array in_i: has the type"),
+        (
+            npy("<u8", "False", "(1,)", &u64::MAX.to_le_bytes()),
+            one.clone(),
+            "array in_t: has the value 18446744073709551615, too large",
+        ),
         (longs(&[1, 2]), one.clone(), "in_t has 2 elements, in_i has 1; they must be pairs"),
         (longs(&[-3]), one.clone(), "element 0 of in_t is -3, must be 0 or more"),
         (
@@ -633,6 +648,10 @@ fn a_far_spike_is_no_error_when_the_steps_are_given() {
     folder.write("in.npz", archive(&longs(&[0, i64::MAX]), &longs(&[6, 6])));
     let ran = folder.good("run reflex.map --spikes in.npz --steps 4");
     assert!(ran.out.contains("2 input spikes, 1 of them after the last step"), "{}", ran.out);
+    // Numbers without a sign are as good.
+    let unsigned = npy("<u8", "False", "(1,)", &2u64.to_le_bytes());
+    folder.write("in.npz", archive(&unsigned, &longs(&[6])));
+    folder.good("run reflex.map --spikes in.npz --steps 4");
 }
 
 #[test]
@@ -670,6 +689,13 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
     folder.write("n.npz", integer_weights([2, -256]));
     folder.write("n.json", INTEGERS);
     folder.good("compile n.json -o n.map");
+    // Notes of how it was made change nothing.
+    folder.write(
+        "n.json",
+        INTEGERS.replacen("\"delta_v\"", "\"steps\": 9, \"seed\": 1, \"delta_v\"", 1),
+    );
+    folder.good("compile n.json -o notes.map");
+    assert!(folder.read("n.map") == folder.read("notes.map"));
     let cases = [
         ("\"src\": \"in\"", "\"src\": \"nobody\"", "n.json: no population is called nobody"),
         ("\"dst\": \"out\"", "\"dst\": \"in\"", "projection p: in is an input, it has no synapses"),
@@ -683,7 +709,16 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
         ("\"vth_mant\": 10", "\"bias\": 0", "population out: vth_mant is missing"),
         ("\"vth_mant\": 10", "\"vth_mant\": 1, \"bias\": 4", "population out: bias = 4"),
         ("\"delta_u\": 2048", "\"delta_u\": 5000", "= 5000, must be 0..=4096"),
-        ("\"name\": \"out\"", "\"name\": \"in\"", "no population is called out"),
+        ("\"name\": \"out\"", "\"name\": \"in\"", "population \"in\": name given twice"),
+        ("\"delta_v\": 1024", "\"delta_v\": 1024, \"dt\": 1", "the file: unknown key \"dt\""),
+        (
+            "\"vth_mant\": 10",
+            "\"vth_mant\": 10, \"delta_u\": 4096",
+            "population \"out\": unknown key \"delta_u\"; correct or remove it",
+        ),
+        ("\"w\": \"W\"", "\"w\": \"W\", \"delay\": 2", "projection \"p\": unknown key \"delay\""),
+        ("{\"name\": \"n\"", "{\"name\": \"n\\nm\"", "the file: name \"n\\nm\", must be 1..=256"),
+        ("\"name\": \"in\"", "\"name\": \"\"", "population: name \"\", must be 1..=256"),
         ("{\"name\": \"n\"", "[{\"name\": \"n\"", "n.json: "),
     ];
     for (from, to, part) in cases {
@@ -775,8 +810,21 @@ fn results_of_another_form_are_refused() {
         folder.write("r.json", text);
         refused(&folder, "report r.json -o out.html", &[part]);
     }
-    folder.good("drive straight --trials 1 --json good.json");
+    folder.good("drive straight --trials 2 --seed 3 --json good.json");
     refused(&folder, "report good.json r.json -o out.html", &["r.json: not JSON"]);
+    let good = folder.json("good.json");
+    for what in ["trials", "success", "collision", "time_out"] {
+        let mut damaged = good.clone();
+        let count = &mut damaged["drivers"][0]["summary"][what];
+        let expected = count.as_u64().unwrap();
+        *count = (expected + 1).into();
+        folder.write("r.json", damaged.to_string());
+        let part = format!(
+            "r.json: straight to goal, seed 3: {what} is {}, but {expected} trials are so; the file",
+            expected + 1
+        );
+        refused(&folder, "report r.json -o out.html", &[&part]);
+    }
 }
 
 #[test]
@@ -790,6 +838,7 @@ fn traces_that_cannot_be_run_are_refused_and_stay_as_they_are() {
         ("chip loihi1\nsugar\nrun 3\n", "x.trace:2: "),
         ("chip loihi1\nrun 99999999999999\n", "x.trace:2: "),
         ("network reflex\nseed -1\n", "x.trace:2: seed -1; expected a whole number"),
+        ("network reflex\ndecisions 0\n", "x.trace:2: decisions 0; expected 1 or more"),
     ];
     for (text, part) in cases {
         folder.write("x.trace", text);
@@ -848,10 +897,9 @@ mod memory {
     #[test]
     fn a_layer_of_a_million_neurons_is_refused_in_little_memory() {
         let folder = Folder::new();
-        let net = INTEGERS
-            .replace("\"n\": 1,", "\"n\": 1000000,")
-            .replace("\"projections\": [", "\"projections\": [], \"x\": [");
-        folder.write("n.json", net);
+        let net = INTEGERS.replace("\"n\": 1,", "\"n\": 1000000,");
+        let (populations, _) = net.split_once("\"projections\"").unwrap();
+        folder.write("n.json", format!("{populations}\"projections\": []}}"));
         folder.write("n.npz", npz::to_bytes(&[]).unwrap());
         let line = "compile n.json --neurons-per-core 1 -o out.map";
         refused_in_little_memory(&folder, line, "layer out: its 1000000 neurons need more cores");

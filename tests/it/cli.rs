@@ -8,6 +8,7 @@ use hw_model::{ChipSpec, CoreMap, CoreMapParts};
 use serde_json::Value;
 use spikeloop::npz::Npz;
 
+use crate::bad_input::refused;
 use crate::fixtures::{json, shared};
 
 /// A folder of its own for a test, removed at its end.
@@ -145,6 +146,10 @@ fn compile_writes_equal_files_each_time_and_other_ones_for_another_policy() {
 fn compile_rounds_weights_to_fewer_bits() {
     let folder = Folder::new();
     folder.good("compile reflex --weight-bits 4 -o four.map");
+    for bits in [1, 9] {
+        let part = format!("{bits} is not in 2..=8");
+        refused(&folder, &format!("compile reflex --weight-bits {bits} -o b.map"), &[&part]);
+    }
     folder.good("compile reflex --weight-bits 8 -o eight.map");
     folder.good("compile reflex -o reflex.map");
     let inspected = |map: &str| -> Value {
@@ -204,6 +209,13 @@ fn compile_takes_a_chip_file_and_spreads_the_network_over_its_smaller_cores() {
     assert!(ran.out.contains("cores 4/128"), "{}", ran.out);
     let about: Value = serde_json::from_str(&folder.good("inspect small.map --json").out).unwrap();
     assert_eq!(about["chip"], "small");
+    // Results say which chip it was.
+    folder.good("compile reflex -o big.map");
+    let ran = folder.good("drive small.map big.map --trials 1 --ticks-max 5 --json r.json");
+    assert!(ran.out.contains("| reflex chip (nearest, small) |"), "{}", ran.out);
+    assert!(ran.out.contains("| reflex chip (nearest)        |"), "{}", ran.out);
+    let drivers = &folder.json("r.json")["drivers"];
+    assert_eq!((&drivers[0]["chip"], &drivers[1]["chip"]), (&"small".into(), &"loihi1".into()));
 }
 
 #[cfg(unix)]

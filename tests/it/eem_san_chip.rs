@@ -416,7 +416,8 @@ fn what_cannot_be_on_the_chip_is_refused() {
     folder.good("compile reflex -o r.map");
     let line = "agree e.map blind.safetensors --json out.json";
     refused(&folder, line, &["map of good: layers encoder.1 (4096), ", "compiled from"]);
-    let none = "blind, schedule streaming: there is no encoder";
+    let none =
+        "blind, schedule streaming: there is no encoder of event frames to keep pace with; leave";
     refused(&folder, "compile blind.safetensors --schedule streaming -o out.map", &[none]);
     let none = "reflex: --schedule is for an EEM-SAN, and this is none; leave it out";
     refused(&folder, "compile reflex --schedule held -o out.map", &[none]);

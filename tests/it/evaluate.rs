@@ -209,6 +209,14 @@ fn more_seeds_and_a_lost_picture_are_flown_and_nothing_else() {
     // A table is a state as well.
     let ran = folder.good(&format!("{SMALL} --seeds 2 --state whole.json"));
     assert!(ran.out.contains("8 of 8 cells"), "{}", ran.out);
+    // Pictures of another first seed are drawn anew.
+    let ran = folder.good(&format!("{SMALL} --seed 2 --seeds 1 --state whole.json --plot p"));
+    assert!(!ran.out.contains("in the state file already"), "{}", ran.out);
+    folder.good(&format!("{SMALL} --seed 2 --seeds 1 --plot q"));
+    let name = "straight_courtyard-moving_static-0.5.svg";
+    assert!(folder.read(&format!("p/{name}")) == folder.read(&format!("q/{name}")));
+    let ran = folder.good(&format!("{SMALL} --seed 2 --seeds 1 --state whole.json --plot p"));
+    assert!(ran.out.contains("4 of 4 cells are in the state file already"), "{}", ran.out);
 }
 
 #[test]

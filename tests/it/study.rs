@@ -143,6 +143,7 @@ fn studies_without_sense_are_refused_before_they_begin() {
     let folder = Folder::new();
     let cases = [
         ("study nobody", "nobody: neither a file nor a built-in network"),
+        ("study chip:laser-only", "chip:laser-only: study compiles it itself; give laser-only"),
         ("study san", "san: names no weights file; give one with --weights FILE"),
         ("study laser-only --weights w.safetensors", "w.safetensors"),
         ("study laser-only --axis colour", "possible values: bits, bits-mixed, bits-toward-zero"),

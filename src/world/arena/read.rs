@@ -22,7 +22,8 @@ impl Arena {
         if let Some(arena) = Self::named(text) {
             return Ok(arena);
         }
-        let (file, room) = split_room(text);
+        // A file may be called like a room of another one.
+        let (file, room) = if Path::new(text).is_file() { (text, None) } else { split_room(text) };
         let bytes = bounded_file::read(Path::new(file)).map_err(|refused| {
             let file = file.to_owned();
             match refused {
@@ -56,7 +57,7 @@ impl Arena {
 }
 
 /// `FILE#2` as file and room; a `#` before anything but a number belongs to the file's name.
-fn split_room(text: &str) -> (&str, Option<usize>) {
+pub fn split_room(text: &str) -> (&str, Option<usize>) {
     match text.rsplit_once('#').map(|(file, room)| (file, room.parse())) {
         Some((file, Ok(room))) => (file, Some(room)),
         _ => (text, None),

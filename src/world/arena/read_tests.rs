@@ -174,6 +174,18 @@ fn a_box_may_be_given_either_way() {
 }
 
 #[test]
+fn a_file_may_be_called_like_a_room() {
+    let folder = std::env::temp_dir().join(format!("spikeloop-room-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("kiosk#3");
+    std::fs::write(&path, format!("{{{FRAME}}}")).unwrap();
+    assert_eq!(Arena::open(path.to_str().unwrap()).unwrap().obstacles().len(), 0);
+    let none = Arena::open(folder.join("kiosk#4").to_str().unwrap()).unwrap_err().to_string();
+    assert!(none.contains("kiosk: "), "{none}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn rooms_are_chosen_by_number() {
     let rooms = format!(r#"{{"environments": [{{{FRAME}}}, {{{FRAME}}}]}}"#);
     let choose = |room| Arena::from_json(rooms.as_bytes(), "dir/rooms.json", room);

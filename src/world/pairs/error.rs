@@ -115,7 +115,7 @@ pub enum PairsError {
     /// No point was clear of obstacles.
     #[error(
         "arena {arena} has no free start: {limit} tries (TRIES_MAX), none {clearance_m} m clear of \
-         everything; take obstacles out of it, or give pairs of your own (--pairs)",
+         everything; take obstacles out of it, or fly pairs of your own (`drive --pairs`)",
         limit = TRIES_MAX
     )]
     NoFreeStart {
@@ -127,7 +127,8 @@ pub enum PairsError {
     /// No goal was far enough from a start.
     #[error(
         "arena {arena}: {limit} tries (TRIES_MAX) for pair {trial}, no goal {distance_m_min} m or \
-         more from a start and {clearance_m} m clear; ask for less distance",
+         more from a start and {clearance_m} m clear; make the arena larger or emptier, or fly pairs of \
+         your own (`drive --pairs`)",
         limit = TRIES_MAX
     )]
     NoPair {

@@ -255,7 +255,8 @@ pub(super) struct CompileArgs {
     /// streaming
     #[arg(long, value_enum)]
     pub(super) schedule: Option<ScheduleArg>,
-    /// Largest number of neurons of one layer on a core
+    /// Largest number of neurons of one layer on a core, as many as fit if not given: fewer take more
+    /// cores and make steps shorter (`study --axis neurons-per-core`)
     #[arg(long, value_name = "N", value_parser = up_to(usize::MAX))]
     pub(super) neurons_per_core: Option<usize>,
     /// Core map to write

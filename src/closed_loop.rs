@@ -10,6 +10,7 @@
 
 mod config;
 mod contact;
+pub mod mover_map;
 mod outcome;
 pub mod planner;
 pub mod sighted;

@@ -12,6 +12,9 @@ use crate::rng::{Draw, Streams};
 /// Number of laser sectors that a policy sees.
 pub const LASER_SECTORS: usize = 18;
 
+/// Numbers that the simulator tells of movers, where it does: as many as HSVAE's DVS state has.
+pub const TOLD: usize = 64;
+
 /// What the robot senses at one control tick (the 22-number state of SAN and EEM-SAN, unscaled).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
@@ -30,6 +33,9 @@ pub struct Observation {
     /// Frames of the event camera since the last control tick, oldest first: five at 20 Hz, empty
     /// ones at the first tick; none at all without a camera.
     pub frames: Vec<EventFrame>,
+    /// What the simulator tells of movers, to a driver that has no other way to know: see
+    /// [`crate::closed_loop::TrialConfig::told`], [`TOLD`] numbers; empty otherwise.
+    pub told: Vec<f32>,
 }
 
 impl Observation {
@@ -46,6 +52,7 @@ impl Observation {
             laser_m,
             wheel_speed_m_per_s_max: 0.5,
             frames,
+            told: Vec::new(),
         }
     }
 }

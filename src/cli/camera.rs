@@ -118,6 +118,14 @@ fn policy(args: &CameraArgs) -> Result<(Box<dyn Policy>, bool), Failure> {
     }
     Ok(match builtin::open(&args.driver, args.weights.as_deref())? {
         Controller::Described(network) => (Box::new(FloatPolicy::new(&network)), false),
+        Controller::EemSan(network) if network.told => {
+            return Err(format!(
+                "{}: the simulator tells it where movers are, and nothing here does; give another \
+                 driver",
+                args.driver
+            )
+            .into());
+        }
         Controller::EemSan(network) => {
             let policy = EemSanPolicy::new(&network);
             let sees = policy.takes_frames();

@@ -30,6 +30,8 @@ pub struct TrialConfig {
     pub action_noise: bool,
     /// The event camera on the robot; `None` flies without one.
     pub camera: Option<CameraConfig>,
+    /// Whether the simulator tells the driver of movers ([`crate::closed_loop::mover_map`]).
+    pub told: bool,
 }
 
 /// A number that a trial is told, and its limits.
@@ -109,6 +111,7 @@ impl TrialConfig {
             laser_fault: None,
             action_noise: true,
             camera: None,
+            told: false,
         }
     }
 

@@ -3,6 +3,7 @@
 use nalgebra::Point2;
 
 use super::config::Setting;
+use super::mover_map::mover_map;
 use super::{ConfigError, End, MoverContact, Outcome, TrialConfig, TrialOutcome};
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
@@ -101,6 +102,7 @@ impl<'w> Trial<'w> {
             laser_m,
             wheel_speed_m_per_s_max: self.config.wheel_speed_m_per_s_max,
             frames: self.frames.clone(),
+            told: if self.config.told { mover_map(self) } else { Vec::new() },
         }
     }
 

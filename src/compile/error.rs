@@ -72,6 +72,15 @@ pub enum CompileError {
         /// Name of the chip.
         chip: String,
     },
+    /// A network that the simulator tells of movers.
+    #[error(
+        "{network}: the simulator tells it where movers are, as nothing on a robot can; compile a \
+         network with an encoder, or laser-only"
+    )]
+    Told {
+        /// The network.
+        network: String,
+    },
     /// A network without an encoder and the schedule `streaming`.
     #[error(
         "{network}, schedule streaming: there is no encoder of event frames to keep pace with; leave \

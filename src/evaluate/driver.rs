@@ -183,12 +183,18 @@ impl Driver {
         }
     }
 
-    /// The settings that this driver flies by: `config`, with a camera when it needs one.
+    /// Whether the simulator tells it of movers.
+    fn is_told(&self) -> bool {
+        matches!(&self.kind, DriverKind::EemSan(policy) if policy.is_told())
+    }
+
+    /// The settings that this driver flies by: `config`, with a camera when it needs one, and told of
+    /// movers when it is.
     ///
     /// Errors: the control rate does not give the network its five event frames per tick.
     pub fn config(&self, config: &TrialConfig) -> Result<TrialConfig, FlyError> {
         if !self.needs_camera() {
-            return Ok(config.clone());
+            return Ok(TrialConfig { told: self.is_told(), ..config.clone() });
         }
         config.check()?;
         let frames = config.steps_per_tick();

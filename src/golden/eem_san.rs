@@ -54,10 +54,10 @@ pub(super) fn run_all(head: &Head, network: &EemSan) -> Result<Vec<Run>, GoldenE
     Ok(runs)
 }
 
-/// EEM-SAN's settings, with a camera when the network takes frames.
+/// EEM-SAN's settings, with a camera when the network takes frames, told of movers when it is.
 fn config(network: &EemSan) -> TrialConfig {
     let camera = network.encoder.is_some().then(CameraConfig::default);
-    TrialConfig { camera, ..TrialConfig::eem_san(1.0) }
+    TrialConfig { camera, told: network.told, ..TrialConfig::eem_san(1.0) }
 }
 
 /// A driver whose layers can be watched.

@@ -159,7 +159,7 @@ fn network(draw: &mut Draw) -> EemSan {
         dense(draw, "decision.2", HIDDEN, 2, [-0.2, 0.3]),
     ];
     let (name, encoder, dvs) = (NAME.to_owned(), Some(encoder), Some(dvs));
-    EemSan { name, steps: STEPS, encoder, laser, dvs, decision, dynamic: None }
+    EemSan { name, steps: STEPS, encoder, told: false, laser, dvs, decision, dynamic: None }
 }
 
 fn branch(draw: &mut Draw, name: &str, dimensions: usize) -> Branch {

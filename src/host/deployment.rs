@@ -168,6 +168,9 @@ impl Deployment {
         neurons_per_core_max: Option<usize>,
         schedule: Schedule,
     ) -> Result<Self, CompileError> {
+        if network.told {
+            return Err(CompileError::Told { network: network.name.clone() });
+        }
         if schedule == Schedule::Streaming && network.encoder.is_none() {
             return Err(CompileError::NothingToStream { network: network.name.clone() });
         }

@@ -14,7 +14,7 @@ use crate::net::encoder_kind::EncoderKind;
 use crate::net::error::NetError;
 use crate::net::network::Layer;
 use crate::net::tensors::{self, TensorReader};
-use crate::policy::{FRAME_COLUMNS, LASER_SECTORS};
+use crate::policy::{FRAME_COLUMNS, LASER_SECTORS, TOLD};
 
 /// Numbers of robot and laser state: goal direction and term, two speeds, 18 laser terms.
 pub const ROBOT_STATE: usize = 4 + LASER_SECTORS;
@@ -46,9 +46,13 @@ pub struct EemSan {
     pub steps: u32,
     /// Encoder of event frames; `None` without events.
     pub encoder: Option<EventEncoder>,
+    /// Whether the simulator tells it the DVS state, what a faultless encoder could say of movers: no
+    /// chip can have such a network, it shows what an encoder is worth.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub told: bool,
     /// Code of robot and laser state (22 dimensions), and its layer.
     pub laser: Branch,
-    /// The same for the DVS state (64 dimensions), when there is an encoder.
+    /// The same for the DVS state (64 dimensions), when there is an encoder or it is told.
     pub dvs: Option<Branch>,
     /// Layers of the decision module; the first one takes the spikes of both branches or, where they
     /// have no layers, of both codes, its inputs being the lines of one code after the other's.
@@ -223,7 +227,8 @@ impl EemSan {
     /// counts from 1. `hsvae.kind` says which encoder it is: 1 is AVAE, which has no
     /// `hsvae.threshold`, 2 is FSVAE, none HSVAE ([`EncoderKind`]). Thresholds of layers are `tanh`
     /// of their `.r`, or their `.threshold`, or all of them move by the rule `actor.bdett`
-    /// ([`Bdett`]). Without `actor.fuse.laser.weight` fusion is naive, without
+    /// ([`Bdett`]). With `actor.told` there is a DVS state without an encoder, as many numbers as that
+    /// says. Without `actor.fuse.laser.weight` fusion is naive, without
     /// `actor.population.laser.mean` robot and laser state have SAN's rate code.
     ///
     /// Errors: not safetensors; a tensor missing, of another shape, not finite; a layer without
@@ -239,12 +244,14 @@ impl EemSan {
         let dynamic = parts.dynamic()?;
         let start = dynamic.map(|rule| f64::from(rule.initial));
         let laser = parts.branch("laser", ROBOT_STATE, start)?;
-        let latent = encoder.as_ref().map(|encoder| encoder.readout.bias.len());
+        let told = parts.told(encoder.is_some())?;
+        let latent = encoder.as_ref().map(|encoder| encoder.readout.bias.len()).or(told);
         let dvs = latent.map(|latent| parts.branch("dvs", latent, start)).transpose()?;
         let inputs = parts.fused(&laser, dvs.as_ref())?;
         let decision = parts.decision(inputs, start)?;
         let name = name.to_owned();
-        Ok(Self { name, steps: STEPS, encoder, laser, dvs, decision, dynamic })
+        let told = told.is_some();
+        Ok(Self { name, steps: STEPS, encoder, told, laser, dvs, decision, dynamic })
     }
 
     /// Reads an encoder alone, as `spikeloop train hsvae` writes it (no prefix before the names), or
@@ -394,6 +401,23 @@ impl Parts<'_> {
         self.above_zero("bdett", "temporal_scale", f64::from(rule.temporal_scale))?;
         self.above_zero("bdett", "energy_scale", f64::from(rule.energy_scale))?;
         Ok(Some(rule))
+    }
+
+    /// Numbers that the simulator tells, if it does.
+    fn told(&self, encoder: bool) -> Result<Option<usize>, NetError> {
+        const NAME: &str = "actor.told";
+        if !self.there(NAME) {
+            return Ok(None);
+        }
+        let found = self.reader("told").read(NAME, &[1])?[0];
+        if encoder {
+            let limit = "nothing beside an encoder; take one of both out".to_owned();
+            return Err(self.value("told", "numbers", found.to_string(), limit));
+        }
+        if found != TOLD as f32 {
+            return Err(self.value("told", "numbers", found.to_string(), format!("{TOLD}")));
+        }
+        Ok(Some(TOLD))
     }
 
     /// `start` is the threshold of layers whose thresholds are dynamic.

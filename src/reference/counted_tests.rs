@@ -100,6 +100,7 @@ fn network(sizes: &Sizes, draw: &mut Draw) -> EemSan {
         readout,
     };
     EemSan {
+        told: false,
         name: "random".into(),
         steps: 5,
         encoder: Some(encoder),
@@ -386,6 +387,7 @@ fn artificial_encoder_of_the_comparison_has_the_state_of_the_float_encoder() {
 
 fn observation(frames: &[Vec<usize>]) -> Observation {
     Observation {
+        told: Vec::new(),
         goal_direction_rad: 0.4,
         goal_distance_m: 5.0,
         linear_m_per_s: 0.3,

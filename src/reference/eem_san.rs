@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::coding::{InputSpikes, LayerSpikes, decode, population_spikes, robot_state};
 use crate::net::eem_san::{EemSan, FRAMES_PER_TICK, StateCode};
-use crate::policy::{Action, Observation, Policy};
+use crate::policy::{Action, Observation, Policy, TOLD};
 use crate::reference::Decision;
 use crate::reference::event_encoder::FloatEncoder;
 use crate::reference::float::FloatLayer;
@@ -167,6 +167,11 @@ impl EemSanPolicy {
         self.encoder.is_some()
     }
 
+    /// Whether the simulator tells it of movers.
+    pub fn is_told(&self) -> bool {
+        self.network.told
+    }
+
     /// [`Policy::act`], and the spikes of every layer: encoder, branches, decision module. They are
     /// those of this observation, also when the action is that of an earlier one.
     ///
@@ -197,7 +202,7 @@ impl EemSanPolicy {
         let state = robot_state(observation);
         let laser = self.spikes(&self.network.laser.code, &state, stream::LASER_POPULATION, tick);
         let mut inputs = vec![laser];
-        if let (Some(encoder), Some(dvs)) = (&mut self.encoder, &self.network.dvs) {
+        if let Some(encoder) = &mut self.encoder {
             let frames = &observation.frames;
             assert_eq!(frames.len(), FRAMES_PER_TICK, "event frames at tick {tick}");
             for frame in frames {
@@ -210,6 +215,11 @@ impl EemSanPolicy {
             if self.late.is_none() {
                 self.dvs_state = encoder.state();
             }
+        } else if self.network.told {
+            assert_eq!(observation.told.len(), TOLD, "numbers told at tick {tick}");
+            self.dvs_state.clone_from(&observation.told);
+        }
+        if let Some(dvs) = &self.network.dvs {
             inputs.push(self.spikes(&dvs.code, &self.dvs_state, stream::DVS_POPULATION, tick));
         }
         inputs
@@ -232,8 +242,8 @@ impl Policy for EemSanPolicy {
         self.late = late.map(|_| Late::new(&self.network, self.encoder.as_ref()));
     }
 
-    /// Panics when the network has an encoder and the observation not five frames: whoever starts
-    /// the trial gives it a camera.
+    /// Panics when the network has an encoder and the observation not five frames, or when it is told
+    /// and the observation tells nothing: whoever starts the trial sees to that.
     fn act(&mut self, observation: &Observation, tick: u64) -> Action {
         let inputs = self.inputs(observation, tick, &mut |_| ());
         let action = decode(&self.decision.decide(&inputs).output_counts, self.network.steps);

@@ -21,7 +21,7 @@ use crate::nn::{
     ActorState, CriticShape, Ddpg, DdpgSettings, Guide, History, Losses, Objective, Parameters,
     Rectangular, StateError, StateReader, StateWriter, Transitions,
 };
-use crate::policy::Action;
+use crate::policy::{Action, TOLD};
 use crate::reference::FloatEncoder;
 use crate::rng::{Streams, stream};
 use crate::train::config::{ActorConfig, Phase, Teacher, TrainConfigError};
@@ -114,7 +114,8 @@ impl ActorTraining {
         }
         encoder.map_or(Ok(()), |encoder| config.check_encoder(encoder.kind))?;
         let variant = config.variant(encoder.is_some())?;
-        let shape = config.shape(variant, encoder.map(|encoder| encoder.readout.bias.len()));
+        let latent = encoder.map(|encoder| encoder.readout.bias.len());
+        let shape = config.shape(variant, latent.or(config.told.then_some(TOLD)));
         let first = config.phase(0).0;
         let settings = DdpgSettings {
             actor: AdamSettings::with_rate(first.actor_rate),
@@ -129,6 +130,7 @@ impl ActorTraining {
         let critic =
             CriticShape { hidden: vec![config.critic_neurons; 3], ..CriticShape::eem_san(seen) };
         let trial = config.flight.trial("configuration", encoder.is_some())?;
+        let trial = TrialConfig { told: config.told, ..trial };
         let late = config.delays() != Delays::default();
         let selection = config.selection.as_ref();
         let ddpg = Ddpg::new(&settings, &shape, &critic, config.seed);
@@ -299,10 +301,11 @@ impl ActorTraining {
 
     /// What the teacher knows of movers.
     fn knowledge(&self) -> Knowledge {
-        match (self.config.teacher, &self.encoder) {
-            (Teacher::Everything, _) => Knowledge::Everything,
-            (Teacher::Sensors, Some(_)) => Knowledge::Camera { field_of_view_deg: CAMERA_DEG },
-            (Teacher::Sensors, None) => Knowledge::Laser,
+        let sees = self.encoder.is_some() || self.config.told;
+        match self.config.teacher {
+            Teacher::Everything => Knowledge::Everything,
+            Teacher::Sensors if sees => Knowledge::Camera { field_of_view_deg: CAMERA_DEG },
+            Teacher::Sensors => Knowledge::Laser,
         }
     }
 
@@ -460,6 +463,9 @@ impl ActorTraining {
     pub fn weights(&self) -> Vec<u8> {
         let mut state = StateWriter::default();
         state.parameters("actor.", self.average.as_ref().unwrap_or(&self.ddpg.actor.online));
+        if self.config.told {
+            state.floats("actor.told", &[1], &[TOLD as f32]);
+        }
         let learned = self.learned.as_ref().map(EndToEnd::encoder);
         if let Some(encoder) = learned.as_ref().or(self.saved_encoder.as_ref()) {
             add_encoder(&mut state, encoder);

@@ -201,6 +201,10 @@ pub struct ActorConfig {
     /// is what is saved to fly. 0: the actor of the last update is saved.
     #[serde(default)]
     pub average: f32,
+    /// Whether the simulator tells the actor of movers in place of an encoder: what it learns then is
+    /// what a faultless encoder would be worth.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub told: bool,
     /// Lets the encoder learn through the actor; by default it stays as it is.
     #[serde(default)]
     pub end_to_end: Option<EndToEndConfig>,
@@ -413,6 +417,10 @@ impl ActorConfig {
         range(file, "action_delay_ticks", config.action_delay_ticks as f64, 0.0, 10.0)?;
         range(file, "readout_delay_frames", config.readout_delay_frames as f64, 0.0, 50.0)?;
         range(file, "average", f64::from(config.average), 0.0, 1.0)?;
+        if config.told && config.readout_delay_frames > 0 {
+            let message = "told: there are no frames to be late; readout_delay_frames must be 0";
+            return Err(TrainConfigError::Text { file: file.into(), message: message.into() });
+        }
         if let Some(learned) = &config.end_to_end {
             let (ticks, late) =
                 (learned.stretch_ticks as f64, config.delays() != Delays::default());
@@ -448,11 +456,18 @@ impl ActorConfig {
         self
     }
 
-    /// The network that is trained, with an encoder of events or without.
+    /// The network that is trained, with an encoder of events or without; one that is told has no
+    /// encoder, and is of those with events.
     ///
     /// Errors: no such network; one that does not go with the encoder or its absence, or with
-    /// delays.
-    pub fn variant(&self, events: bool) -> Result<&'static Variant, TrainConfigError> {
+    /// delays; told, and there is an encoder.
+    pub fn variant(&self, encoder: bool) -> Result<&'static Variant, TrainConfigError> {
+        if self.told && encoder {
+            let message = "told: the simulator tells what an encoder would; leave --encoder out";
+            let file = "configuration".to_owned();
+            return Err(TrainConfigError::Text { file, message: message.to_owned() });
+        }
+        let events = encoder || self.told;
         let default = if events { "eem-san" } else { "laser-only" };
         let variant = named("configuration", self.network.variant.as_deref().unwrap_or(default))?;
         let name = variant.name;

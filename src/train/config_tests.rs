@@ -7,7 +7,8 @@ const FRESH: &str = include_str!("configs/fresh_encoder.toml");
 const COMPARE: &str = include_str!("configs/compare.toml");
 const COMPARE_E2E: &str = include_str!("configs/compare_e2e.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
-const ACTORS: [&str; 10] = [
+const TOLD_ACTOR: &str = include_str!("configs/told_actor.toml");
+const ACTORS: [&str; 11] = [
     include_str!("configs/first.toml"),
     include_str!("configs/second.toml"),
     include_str!("configs/third.toml"),
@@ -18,7 +19,22 @@ const ACTORS: [&str; 10] = [
     include_str!("configs/e2e.toml"),
     COMPARE,
     COMPARE_E2E,
+    TOLD_ACTOR,
 ];
+
+#[test]
+fn an_actor_that_is_told_is_the_fifth_stage_with_events_and_without_an_encoder() {
+    let told = ActorConfig::from_toml("f.toml", TOLD_ACTOR).unwrap();
+    let fifth = ActorConfig::from_toml("f.toml", include_str!("configs/fifth.toml")).unwrap();
+    assert!(told.told);
+    assert_eq!(ActorConfig { told: false, ..told.clone() }, fifth);
+    assert_eq!(told.variant(false).unwrap().name, "eem-san");
+    let error = told.variant(true).unwrap_err().to_string();
+    assert!(error.ends_with("leave --encoder out"), "{error}");
+    let late = TOLD_ACTOR.replacen("told = true", "told = true\nreadout_delay_frames = 1", 1);
+    let error = ActorConfig::from_toml("f.toml", &late).unwrap_err().to_string();
+    assert!(error.contains("readout_delay_frames must be 0"), "{error}");
+}
 
 fn hsvae_error(from: &str, to: &str) -> String {
     assert!(HSVAE.contains(from), "{from:?} is not in the file");

@@ -323,6 +323,7 @@ impl<'w> Flight<'w> {
             }
             observation.extend(self.states.front().expect("the robot has a camera"));
         }
+        observation.extend(seen.told);
         keep(&mut self.seen, observation, self.delays.action_ticks + 1);
         self.observation.clone_from(&self.seen[0]);
         seen.frames

@@ -17,7 +17,7 @@ use spikeloop::net::eem_san::FRAMES_PER_TICK;
 use spikeloop::net::{EemSan, Layer, Network, RateEncoder, builtin, description, integer};
 use spikeloop::nn::variant::VARIANTS;
 use spikeloop::npz::Npz;
-use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _};
+use spikeloop::policy::{EventFrame, LASER_SECTORS, Observation, Policy as _, TOLD};
 use spikeloop::reference::{EemSanPolicy, FixedNetwork};
 use spikeloop::report::Report;
 use spikeloop::report::activity::CoreActivity;
@@ -172,6 +172,7 @@ fn read_result(json: &str) {
 fn read_eem_san(bytes: &[u8]) {
     let Ok(network) = EemSan::from_bytes("x", "x.st", bytes) else { return };
     let observation = Observation {
+        told: vec![0.0; TOLD],
         goal_direction_rad: 0.5,
         goal_distance_m: 3.0,
         linear_m_per_s: 0.2,

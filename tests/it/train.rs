@@ -260,3 +260,38 @@ fn training_that_diverges_says_so_and_leaves_no_files() {
     refused(&folder, line, &["t: the training has diverged: tensor ", "smaller learning rates"]);
     assert_eq!(folder.read("t/hsvae.safetensors"), before);
 }
+
+#[test]
+fn an_actor_that_the_simulator_tells_of_movers_flies_and_does_not_compile() {
+    let folder = Folder::new();
+    let recipe = include_str!("../../src/train/configs/told_actor.toml");
+    folder.write("t.toml", recipe);
+    let train = "train actor --quick --config t.toml --threads 1";
+    folder.good(&format!("{train} --out a"));
+    folder.good(&format!("{train} --rounds 1 --out b"));
+    folder.good(&format!("{train} --out b"));
+    assert!(folder.read("a/eem_san.safetensors") == folder.read("b/eem_san.safetensors"));
+    let told = "a/eem_san.safetensors";
+    let short = "--arena train4 --control-hz 20 --trials 2 --ticks-max 20";
+    folder.good(&format!("drive {told} {short} --json r.json"));
+    // Movers make a difference to it, and nothing else changes without them in the first tick.
+    folder.good(&format!("drive {told} {short} --static --json s.json"));
+    let way = |file: &str| folder.json(file)["drivers"][0]["trials"][0]["trajectory_mm"].clone();
+    assert_ne!(way("r.json"), way("s.json"));
+    folder.good(&format!("halve {told} -o half.safetensors"));
+    folder.good(&format!("drive half.safetensors {short}"));
+    folder.good(&format!(
+        "train actor --quick --from {told} --threads 1 --rounds 1 --config t.toml --out c"
+    ));
+    folder.good("train hsvae --quick --rounds 1 --out h");
+    for (line, part) in [
+        (format!("compile {told} -o out.map"), "the simulator tells it where movers are"),
+        (format!("study {told} --axis bits --trials 1"), "the simulator tells it where movers are"),
+        (format!("table5 {told} --json out.json"), "not an EEM-SAN with HSVAE's encoder"),
+        (format!("camera --driver {told} --events out.npz"), "give another driver"),
+        (format!("{train} --encoder h/hsvae.safetensors --out out"), "leave --encoder out"),
+        (format!("train actor --quick --encoder {told} --out out"), "encoder.1"),
+    ] {
+        refused(&folder, &line, &[part]);
+    }
+}

@@ -33,8 +33,8 @@ pub struct Observation {
     /// Frames of the event camera since the last control tick, oldest first: five at 20 Hz, empty
     /// ones at the first tick; none at all without a camera.
     pub frames: Vec<EventFrame>,
-    /// What the simulator tells of movers, to a driver that has no other way to know: see
-    /// [`crate::closed_loop::TrialConfig::told`], [`TOLD`] numbers; empty otherwise.
+    /// What the simulator tells of movers, [`TOLD`] numbers, in a trial whose driver is told; empty
+    /// otherwise.
     pub told: Vec<f32>,
 }
 

@@ -33,16 +33,18 @@ fn up_to<N>(max: N) -> impl Fn(&str) -> Result<N, String> + Clone
 where
     N: Copy + Display + FromStr + From<u8> + PartialOrd,
 {
-    move |text| {
-        let number = text.parse().ok().filter(|number| (N::from(1)..=max).contains(number));
-        number.ok_or_else(|| format!("{text} is not in 1..={max}"))
-    }
+    between(N::from(1), max)
 }
 
-/// Bits of a weight, as policies take them.
-fn weight_bits(text: &str) -> Result<u8, String> {
-    let number = text.parse().ok().filter(|number| (2..=8).contains(number));
-    number.ok_or_else(|| format!("{text} is not in 2..=8"))
+/// Whole numbers within limits.
+fn between<N>(min: N, max: N) -> impl Fn(&str) -> Result<N, String> + Clone
+where
+    N: Copy + Display + FromStr + PartialOrd,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| (min..=max).contains(number));
+        number.ok_or_else(|| format!("{text} is not in {min}..={max}"))
+    }
 }
 
 /// A picture's name, which must not promise what is not written.
@@ -249,7 +251,7 @@ pub(super) struct CompileArgs {
     #[arg(long, value_name = "NAME")]
     pub(super) policy: Option<String>,
     /// Bits of a stored weight, 8 if not given (mixed signs: with the sign)
-    #[arg(long, value_name = "N", value_parser = weight_bits)]
+    #[arg(long, value_name = "N", value_parser = between(2u8, 8))]
     pub(super) weight_bits: Option<u8>,
     /// How an EEM-SAN's encoder and decision module share the chip's steps: held (the default), or
     /// streaming

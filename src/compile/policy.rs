@@ -40,8 +40,8 @@ pub struct Policy {
     /// What sets the scale of a layer.
     pub scale: Scale,
     /// Whether a layer takes the largest weight exponent at which none of its registers can
-    /// overflow, 0 if there is none or this is false. A larger exponent makes chip units finer beside the weights, so that
-    /// thresholds and decays are cut less.
+    /// overflow, 0 if there is none or this is false. A larger exponent makes chip units finer beside
+    /// the weights, so that thresholds and decays are cut less.
     pub largest_exponent: bool,
     /// Bits of a stored weight, in mixed mode with the sign: [`Policy::with_weight_bits`]. Biases
     /// are few and always have [`WEIGHT_BITS_MAX`].

@@ -149,8 +149,8 @@ impl QuantizedLayer {
 }
 
 /// Products in 32 bit, as SAN's `loihi_network` makes them: in 64 bit its largest bias of layer 2
-/// would become 255 and not the published 254.
-/// Weights so small that the scale is no 32-bit number are multiplied in 64 bit.
+/// would become 255 and not the published 254. Weights so small that the scale is no 32-bit number
+/// are multiplied in 64 bit.
 fn scaled(values: &[f32], scale: f64) -> Vec<f64> {
     let single = scale as f32;
     if single.is_normal() {

@@ -18,7 +18,7 @@ const NEURONS_MAX: usize = 1 << 20;
 const STEPS_MAX: u32 = 1 << 12;
 const LAYERS_MAX: usize = 256;
 /// Longest name of a network, in bytes.
-const NAME_LEN_MAX: usize = 256;
+pub(super) const NAME_LEN_MAX: usize = 256;
 
 /// A description file as written.
 #[derive(Debug, Clone, Deserialize)]

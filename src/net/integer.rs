@@ -14,13 +14,11 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::net::conv2d::{Conv2d, Shape};
+use crate::net::description::NAME_LEN_MAX;
 use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
 
 const NEURONS_MAX: usize = 1 << 20;
-
-/// Bytes of a name.
-const NAME_LEN_MAX: usize = 256;
 
 /// An integer network, checked for consistency of its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -254,7 +254,8 @@ pub enum Teacher {
     /// Where they will be.
     #[default]
     Everything,
-    /// What the sensors of the actor show: with an encoder camera and laser, without one the laser.
+    /// What the sensors of the actor show: camera and laser with an encoder or when it is told, the
+    /// laser otherwise.
     Sensors,
 }
 

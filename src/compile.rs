@@ -5,6 +5,7 @@
 //! IntegerNet (already integer) -------------^
 //! ```
 
+mod chip;
 pub mod eem_san;
 pub mod error;
 pub mod graph;
@@ -12,6 +13,7 @@ pub mod place;
 pub mod policy;
 pub mod quantize;
 
+pub use chip::{ChipOpenError, open_chip};
 pub use eem_san::{QuantizedEemSan, quantize_eem_san};
 pub use error::CompileError;
 pub use graph::IntegerGraph;

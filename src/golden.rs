@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use hw_model::trace::{Mismatch, SEPARATOR, Trace, TraceError};
 use thiserror::Error;
 
-use crate::compile::CompileError;
+use crate::compile::{ChipOpenError, CompileError};
 use crate::files::{self, FileError};
 use crate::net::NetError;
 use crate::world::arena::ArenaError;
@@ -63,6 +63,14 @@ pub enum GoldenError {
         file: String,
         /// The reason.
         source: Box<CompileError>,
+    },
+    /// The chip of a trace cannot be had.
+    #[error("{file}: {source}")]
+    ChipFile {
+        /// The file.
+        file: String,
+        /// The reason.
+        source: Box<ChipOpenError>,
     },
     /// The arena of a trace cannot be had.
     #[error("{file}: {source}")]

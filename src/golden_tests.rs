@@ -34,6 +34,38 @@ fn unknown_networks_policies_and_arenas_are_named() {
 }
 
 #[test]
+fn what_a_trace_cannot_have_is_refused() {
+    let refused = |head: &str, expected: &str| {
+        let error = error_of(head);
+        assert!(error.starts_with(expected), "{error}");
+    };
+    refused("network reflex\nschedule held\n", "x.trace: reflex: schedule is for an EEM-SAN");
+    refused("network reflex\non_chip loihi9\n", "x.trace: chip loihi9: no such built-in chip");
+    refused("network reflex\non_chip no.toml\n", "x.trace: no.toml: ");
+    refused("network reflex\nneurons_per_core 0\n", "x.trace:2: neurons_per_core 0; expected 1");
+    for line in ["policy fine", "schedule held", "on_chip loihi1", "neurons_per_core 9"] {
+        let head = format!("loop reflex\n{line}\ndriver float\nticks 1\n");
+        refused(&head, &format!("x.trace:2: {line}; expected no such line"));
+    }
+}
+
+#[test]
+fn a_trace_has_its_own_chip_and_split() {
+    let file = std::env::temp_dir().join(format!("spikeloop-chip-{}.toml", std::process::id()));
+    let built_in = include_str!("../hw_model/chips/loihi1.toml");
+    std::fs::write(&file, built_in.replace("cores = 128", "cores = 64")).unwrap();
+    let lines =
+        |more: &str| updated_text("x.trace", &format!("network reflex\ndecisions 1\n{more}"));
+    let cores = |text: &str| text.lines().filter(|line| line.starts_with("t=0003 ")).count();
+    let (plain, split) = (lines("").unwrap(), lines("neurons_per_core 1\n").unwrap());
+    assert!(cores(&split) > cores(&plain), "{split}");
+    let mine = lines(&format!("on_chip {}\n", file.display())).unwrap();
+    let map = |text: &str| text.lines().find(|line| line.starts_with("map ")).map(str::to_owned);
+    std::fs::remove_file(&file).unwrap();
+    assert_ne!(map(&mine), map(&plain));
+}
+
+#[test]
 fn a_changed_line_is_found_with_both_sides() {
     let good = updated_text("x.trace", "network reflex\ndecisions 1\n").unwrap();
     assert!(check_text("x.trace", &good).is_ok());

@@ -2,10 +2,7 @@
 
 use std::path::Path;
 
-use hw_model::ChipSpec;
-use hw_model::error::ChipError;
-use spikeloop::compile::Policy;
-use spikeloop::files;
+use spikeloop::compile::{Policy, open_chip};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, builtin, integer};
 
@@ -30,7 +27,7 @@ pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
 }
 
 fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
-    let chip = chip(&args.chip)?;
+    let chip = open_chip(&args.chip)?;
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
@@ -67,23 +64,4 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
 fn no_schedule(args: &CompileArgs) -> Failure {
     let name = &args.network;
     format!("{name}: --schedule is for an EEM-SAN, and this is none; leave it out").into()
-}
-
-/// A built-in chip, or one from a file.
-fn chip(name: &str) -> Result<ChipSpec, Failure> {
-    let named = ChipSpec::named(name);
-    let path = Path::new(name);
-    if named.is_err() && (path.extension().is_some() || path.exists()) {
-        let chip = ChipSpec::parse(name, &files::read_text(path)?);
-        let mut chip = chip.map_err(|error| match error {
-            error @ ChipError::OutOfRange { .. } => Failure::from(format!("{name}: {error}")),
-            error => error.into(),
-        })?;
-        // What is not the built-in chip is not called so, whatever its file says.
-        if ChipSpec::named(&chip.name).is_ok_and(|known| known != chip) {
-            chip.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        }
-        return Ok(chip);
-    }
-    named.map_err(|error| format!("{error}; or give the path of a .toml file").into())
 }

@@ -1,7 +1,6 @@
 //! Traces of a trained EEM-SAN: what its layers did in each control tick, in the loop or on random
 //! observations.
 
-use hw_model::ChipSpec;
 use hw_model::container::sha256_hex;
 use hw_model::trace::{engines, total_lines};
 
@@ -36,8 +35,9 @@ pub(super) fn run_all(head: &Head, network: &EemSan) -> Result<Vec<Run>, GoldenE
     let compile_error =
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
-    let chip = ChipSpec::loihi1();
-    let deployment = Deployment::compile_eem_san(network, &policy, &chip, None, head.schedule)
+    let schedule = head.schedule.unwrap_or_default();
+    let (chip, cores) = (&head.chip, head.neurons_per_core);
+    let deployment = Deployment::compile_eem_san(network, &policy, chip, cores, schedule)
         .map_err(compile_error)?;
     let mut runs = Vec::new();
     for (name, engine) in engines(&deployment.map).into_iter().skip(1) {

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use hw_model::ChipSpec;
+
+use crate::compile::open_chip;
 use crate::golden::GoldenError;
 use crate::host::Schedule;
 use crate::world::robot::Actuators;
@@ -31,8 +34,11 @@ pub(super) struct Head {
     pub(super) kind: Kind,
     pub(super) network: String,
     pub(super) policy: String,
-    /// Of an EEM-SAN.
-    pub(super) schedule: Schedule,
+    /// Of an EEM-SAN, where the trace names one.
+    pub(super) schedule: Option<Schedule>,
+    /// What it is compiled for.
+    pub(super) chip: ChipSpec,
+    pub(super) neurons_per_core: Option<usize>,
     pub(super) seed: u64,
     /// Decisions of a network trace, ticks of a loop trace.
     pub(super) count: u64,
@@ -43,7 +49,7 @@ pub(super) struct Head {
     pub(super) actuators: Actuators,
 }
 
-const KEYS: &str = "network or loop NAME, policy NAME, schedule held|streaming, seed N, decisions or ticks N, driver chip|float, \
+const KEYS: &str = "network or loop NAME, policy NAME, schedule held|streaming, on_chip NAME, neurons_per_core N, seed N, decisions or ticks N, driver chip|float, \
                     arena NAME, trial N, v_max_mm_per_s N, actuators PRESET, each at most once";
 
 impl Head {
@@ -66,6 +72,8 @@ impl Head {
                 "loop",
                 "policy",
                 "schedule",
+                "on_chip",
+                "neurons_per_core",
                 "seed",
                 "decisions",
                 "ticks",
@@ -100,10 +108,17 @@ impl Lines<'_> {
             "float" => LoopDriver::Float,
             _ => return Err(self.error("driver", "chip or float")),
         };
-        let schedule = match self.get("schedule").map_or("held", |(_, value)| value) {
-            "held" => Schedule::Held,
-            "streaming" => Schedule::Streaming,
-            _ => return Err(self.error("schedule", "held or streaming")),
+        let compiled = ["policy", "schedule", "on_chip", "neurons_per_core"];
+        if let Some(key) = compiled.into_iter().find(|key| self.get(key).is_some())
+            && driver == LoopDriver::Float
+        {
+            return Err(self.error(key, "no such line, as nothing is compiled with `driver float`"));
+        }
+        let schedule = match self.get("schedule").map(|(_, value)| value) {
+            None => None,
+            Some("held") => Some(Schedule::Held),
+            Some("streaming") => Some(Schedule::Streaming),
+            Some(_) => return Err(self.error("schedule", "held or streaming")),
         };
         let actuators = self.get("actuators").map_or("ideal", |(_, value)| value);
         let text =
@@ -114,6 +129,8 @@ impl Lines<'_> {
             network: network.to_owned(),
             policy: text("policy", "nearest"),
             schedule,
+            chip: self.chip()?,
+            neurons_per_core: self.neurons_per_core()?,
             seed: self.number("seed", 1, u64::MAX)?,
             count: self.count(counted)?,
             driver,
@@ -135,6 +152,23 @@ impl Lines<'_> {
         match self.number(key, 1, COUNT_MAX)? {
             0 => Err(self.error(key, "1 or more")),
             count => Ok(count),
+        }
+    }
+
+    fn chip(&self) -> Result<ChipSpec, GoldenError> {
+        let Some((_, name)) = self.get("on_chip") else { return Ok(ChipSpec::loihi1()) };
+        open_chip(name).map_err(|source| GoldenError::ChipFile {
+            file: self.file.to_owned(),
+            source: Box::new(source),
+        })
+    }
+
+    fn neurons_per_core(&self) -> Result<Option<usize>, GoldenError> {
+        const KEY: &str = "neurons_per_core";
+        match self.number(KEY, 0, u64::from(u32::MAX))? {
+            0 if self.get(KEY).is_some() => Err(self.error(KEY, "1 or more")),
+            0 => Ok(None),
+            n => Ok(Some(n as usize)),
         }
     }
 

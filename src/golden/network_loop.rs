@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use hw_model::ChipSpec;
 use hw_model::engine::Engine;
 use hw_model::trace::{Detail, Observer, engines, total_lines};
 
@@ -39,6 +38,11 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
         Controller::EemSan(network) => return eem_san::run_all(head, &network),
         Controller::Described(network) => network,
     };
+    if head.schedule.is_some() {
+        let message =
+            format!("{}: schedule is for an EEM-SAN, and this is none; leave it out", head.network);
+        return Err(GoldenError::Setting { file: head.file.clone(), message });
+    }
     if head.kind == Kind::Loop && head.driver == LoopDriver::Float {
         let mut policy = FloatPolicy::new(&network);
         let lines = run_loop(head, &TrialConfig::san(), &mut Silent(&mut policy), network.steps)?;
@@ -65,7 +69,7 @@ fn compile(head: &Head, network: &Network) -> Result<Deployment, GoldenError> {
     let compile_error =
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
-    Deployment::compile(network, &policy, &ChipSpec::loihi1(), None).map_err(compile_error)
+    Deployment::compile(network, &policy, &head.chip, head.neurons_per_core).map_err(compile_error)
 }
 
 /// Decisions on random input, a line for each step and core.

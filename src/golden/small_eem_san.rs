@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use hw_model::engine::{Engine, SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, Observer, engines, total_lines};
-use hw_model::{ChipSpec, CoreMap, Faults, OpCounts, compartment::CompartmentState};
+use hw_model::{CoreMap, Faults, OpCounts, compartment::CompartmentState};
 
 use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
@@ -40,8 +40,9 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
     let network = network(&mut Streams::new(head.seed, 0).at(stream::STIMULUS, 0));
-    let chip = ChipSpec::loihi1();
-    let deployment = Deployment::compile_eem_san(&network, &policy, &chip, None, head.schedule)
+    let schedule = head.schedule.unwrap_or_default();
+    let (chip, cores) = (&head.chip, head.neurons_per_core);
+    let deployment = Deployment::compile_eem_san(&network, &policy, chip, cores, schedule)
         .map_err(compile_error)?;
     let run = |(name, engine): (&str, Box<dyn Engine>)| {
         (name.to_owned(), run_ticks(head, &deployment, engine))

@@ -127,7 +127,7 @@ fn auto_encoder_goes_on_from_a_checkpoint_byte_for_byte() {
     assert_eq!(saved(|state| whole.write(state)), saved(|state| second.write(state)));
     let report = second.measure(3);
     assert!(report.frames > 0 && report.targets.mean > 0.0 && report.rates.len() == 4);
-    assert!(report.explained.is_empty());
+    assert!(report.explained.is_empty() && report.beyond.is_empty());
     let encoder = crate::net::EemSan::encoder_from_bytes("w", &second.weights()).unwrap();
     assert_eq!(encoder.layers.len(), 4);
 }
@@ -141,6 +141,8 @@ fn an_encoder_that_is_told_of_movers_is_judged_by_what_it_says_of_them() {
     let report = training.measure(40);
     let names: Vec<&str> = report.explained.iter().map(|(name, _)| *name).collect();
     assert_eq!(names, ["nearness", "closing", "to the left", "to the right"]);
+    let names: Vec<&str> = report.beyond.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["closing", "left less right"]);
     // After three updates the decoder shows nothing: that explains at most nothing.
     let (_, nearness) = report.explained[0];
     assert!(nearness.is_some_and(|share| share < 0.05), "{report:?}");

@@ -224,11 +224,8 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
         ))?;
     }
     if !report.explained.is_empty() {
-        let bands = report.explained.iter().map(|(name, share)| {
-            share.map_or_else(|| format!("{name} -"), |share| format!("{name} {share:.2}"))
-        });
-        let bands = bands.collect::<Vec<_>>().join(", ");
-        say(format_args!("variance explained of what movers do: {bands}"))?;
+        say(format_args!("variance explained of what movers do: {}", shares(&report.explained)))?;
+        say(format_args!("of it beyond what nearness implies: {}", shares(&report.beyond)))?;
     }
     let rates: Vec<String> = report.rates.iter().map(|rate| format!("{rate:.3}")).collect();
     let what = match config.kind.spikes() {
@@ -238,6 +235,14 @@ fn hsvae(args: &TrainArgs, kind: Option<KindArg>) -> Result<Verdict, Failure> {
     say(format_args!("{what}, layer by layer: {}", rates.join(", ")))?;
     say(format_args!("wrote {}", folder.file(weights).display()))?;
     Ok(Verdict::Good)
+}
+
+/// Names with their shares of variance.
+fn shares(named: &[(&str, Option<f64>)]) -> String {
+    let text = |(name, share): &(&str, Option<f64>)| {
+        share.map_or_else(|| format!("{name} -"), |share| format!("{name} {share:.2}"))
+    };
+    named.iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 fn read_encoder(path: &Path) -> Result<(Vec<u8>, EventEncoder), Failure> {

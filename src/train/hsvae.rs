@@ -17,7 +17,8 @@ use crate::policy::{Action, EventFrame, FRAME_COLUMNS, FRAME_PIXELS, FRAME_ROWS}
 use crate::rng::{Streams, stream};
 use crate::train::config::{HsvaeConfig, Shows, TrainConfigError};
 use crate::train::flight::{Delays, Ends, Flight};
-use crate::train::{mover_picture, on_each, rooms};
+use crate::train::mover_picture::{self, Beyond};
+use crate::train::{on_each, rooms};
 use crate::world::World;
 
 /// Parts of a batch whose gradients are summed; threads do not change the result.
@@ -74,6 +75,8 @@ pub struct HsvaeReport {
     /// Where it shows movers, the share of the variance that it explains by band of
     /// [`mover_picture::BANDS`]; `None` where there is no variance. Empty otherwise.
     pub explained: Vec<(&'static str, Option<f64>)>,
+    /// The same of closing and of left less right, beyond what follows from nearness. Empty otherwise.
+    pub beyond: Vec<(&'static str, Option<f64>)>,
     /// Against the last frame of every tick.
     pub frames_last: Errors,
     /// Spikes per neuron and frame of each encoder layer; of artificial ones the share of outputs
@@ -159,6 +162,7 @@ impl HsvaeTraining {
         let (samples, frames_per_tick) = (flights.len(), layers.shape().frames);
         let mut state = layers.rest(samples);
         let mut sums = Sums::new(layers.shape().latent());
+        let movers = self.config.shows == Shows::Movers;
         let step = samples * FRAME_PIXELS;
         let mut target_before: Option<Vec<f32>> = None;
         for tick in 0..ticks {
@@ -169,6 +173,9 @@ impl HsvaeTraining {
             let last = (frames_per_tick - 1) * step;
             if let Some(before) = target_before.replace(seen.targets.clone()) {
                 sums.targets.add(&made, &seen.targets, &before);
+                if movers {
+                    sums.add_movers(&made, &seen.targets);
+                }
                 sums.frames.add(&made, &seen.frames[last..], &seen.frames[last - step..last]);
             }
             sums.add(&trace.mean, &trace.rates());
@@ -379,6 +386,7 @@ impl ErrorSums {
 struct Sums {
     targets: ErrorSums,
     frames: ErrorSums,
+    beyond: Beyond,
     latent: Vec<[f64; 2]>,
     latents: usize,
     rates: Vec<f64>,
@@ -390,6 +398,7 @@ impl Sums {
         Self {
             targets: ErrorSums::new(),
             frames: ErrorSums::new(),
+            beyond: Beyond::default(),
             latent: vec![[0.0; 2]; latent],
             latents: 0,
             rates: Vec::new(),
@@ -410,6 +419,11 @@ impl Sums {
         self.ticks += 1;
     }
 
+    fn add_movers(&mut self, made: &[f32], wanted: &[f32]) {
+        let pictures = made.chunks_exact(FRAME_PIXELS).zip(wanted.chunks_exact(FRAME_PIXELS));
+        pictures.for_each(|(made, wanted)| self.beyond.add(made, wanted));
+    }
+
     fn finish(self, shows: Shows) -> (HsvaeReport, Latent) {
         let n = self.latents.max(1) as f64;
         let mean: Vec<f64> = self.latent.iter().map(|[sum, _]| sum / n).collect();
@@ -423,13 +437,14 @@ impl Sums {
         let explained = |(name, rows): &(&'static str, Range<usize>)| {
             (*name, self.targets.explained(rows.clone()))
         };
-        let bands = match shows {
-            Shows::Frames => &[][..],
-            Shows::Movers => &mover_picture::BANDS,
+        let (bands, beyond) = match shows {
+            Shows::Frames => (&[][..], Vec::new()),
+            Shows::Movers => (&mover_picture::BANDS[..], self.beyond.explained().to_vec()),
         };
         let report = HsvaeReport {
             targets: self.targets.finish(),
             explained: bands.iter().map(explained).collect(),
+            beyond,
             frames_last: self.frames.finish(),
             rates: self.rates.iter().map(|sum| sum / self.ticks.max(1) as f64).collect(),
             frames: self.frames.pictures,

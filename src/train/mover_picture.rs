@@ -62,6 +62,79 @@ fn columns(mover: &Sighted) -> Range<usize> {
     first..((middle + reach) as usize).clamp(first, FRAME_COLUMNS)
 }
 
+/// What pictures say of velocities beyond what follows from where the movers are.
+///
+/// Movers that a picture shows in their places, each with the mean speed, explain much of the variance
+/// of the bands of speeds. So from closing, and from left less right, that part is taken which is
+/// proportional to nearness in the wanted pictures, and the shares of variance are those of the rest.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Beyond {
+    /// Closing, and left less right.
+    kinds: [Moments; 2],
+}
+
+/// Sums over columns: of a speed `s`, of nearness `n`, and of their errors.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moments {
+    wanted: Products,
+    error: Products,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Products {
+    s_s: f64,
+    s_n: f64,
+    n_n: f64,
+}
+
+impl Products {
+    fn add(&mut self, s: f64, n: f64) {
+        self.s_s += s * s;
+        self.s_n += s * n;
+        self.n_n += n * n;
+    }
+
+    /// Sum of the squares of `s - part * n`.
+    fn rest(&self, part: f64) -> f64 {
+        self.s_s - 2.0 * part * self.s_n + part * part * self.n_n
+    }
+}
+
+impl Beyond {
+    /// Adds a picture that was made and the one that was wanted.
+    pub(super) fn add(&mut self, made: &[f32], wanted: &[f32]) {
+        for column in 0..FRAME_COLUMNS {
+            let [wanted, made] = [wanted, made].map(|picture| levels(picture, column));
+            for (kind, moments) in self.kinds.iter_mut().enumerate() {
+                let (s, n) = (wanted[1 + kind], wanted[0]);
+                moments.wanted.add(s, n);
+                moments.error.add(s - made[1 + kind], n - made[0]);
+            }
+        }
+    }
+
+    /// Share of the variance of the rest that was explained; `None` where there is none.
+    pub(super) fn explained(&self) -> [(&'static str, Option<f64>); 2] {
+        let share = |moments: &Moments| {
+            let Moments { wanted, error } = moments;
+            let part = if wanted.n_n > 0.0 { wanted.s_n / wanted.n_n } else { 0.0 };
+            // What is left by rounding alone is no variance.
+            let all = wanted.rest(part);
+            (all > 1e-9 * wanted.s_s).then(|| 1.0 - error.rest(part) / all)
+        };
+        [("closing", share(&self.kinds[0])), ("left less right", share(&self.kinds[1]))]
+    }
+}
+
+/// Nearness, closing, and left less right in a column: means over their bands.
+fn levels(picture: &[f32], column: usize) -> [f64; 3] {
+    let [near, closing, left, right] = BANDS.map(|(_, rows)| {
+        let n = rows.len() as f64;
+        rows.map(|row| f64::from(picture[row * FRAME_COLUMNS + column])).sum::<f64>() / n
+    });
+    [near, closing, left - right]
+}
+
 #[cfg(test)]
 #[path = "mover_picture_tests.rs"]
 mod tests;

@@ -53,3 +53,47 @@ fn a_mover_stands_in_its_columns_and_the_brighter_one_shows() {
     let edge = Sighted { way_m: [1.0, -0.99], distance_m: 1.41, ..AHEAD };
     assert!(bands(&[edge], 127)[0] > 0.0);
 }
+
+/// What is explained of some flights' closing and sideways speeds when `said` is shown for `seen`.
+fn beyond(pairs: &[(Sighted, Sighted)]) -> [Option<f64>; 2] {
+    let mut beyond = Beyond::default();
+    for (seen, said) in pairs {
+        let [mut wanted, mut made] = [vec![0.0; FRAME_PIXELS], vec![0.0; FRAME_PIXELS]];
+        draw([*seen].into_iter(), &mut wanted);
+        draw([*said].into_iter(), &mut made);
+        beyond.add(&made, &wanted);
+    }
+    beyond.explained().map(|(_, share)| share)
+}
+
+#[test]
+fn mean_speeds_in_the_right_places_say_nothing_of_velocities() {
+    let with = |velocity_m_per_s| Sighted { velocity_m_per_s, ..AHEAD };
+    let seen = [[-0.8, 0.0], [0.8, 0.0], [0.0, 0.8], [0.0, -0.8]].map(with);
+    // Closing at 0.8 m/s in a quarter of the flights, to either side as often.
+    let mean = with([-0.2, 0.0]);
+    let near = |share: Option<f64>, wanted: f64| {
+        assert!((share.unwrap() - wanted).abs() < 1e-6, "{share:?}, {wanted}");
+    };
+    let [closing, sideways] = beyond(&seen.map(|seen| (seen, mean)));
+    near(closing, 0.0);
+    near(sideways, 0.0);
+    let [closing, sideways] = beyond(&seen.map(|seen| (seen, seen)));
+    near(closing, 1.0);
+    near(sideways, 1.0);
+    // Directions that are wrong are worse than none.
+    let mirrored = |s: Sighted| Sighted {
+        velocity_m_per_s: [s.velocity_m_per_s[0], -s.velocity_m_per_s[1]],
+        ..s
+    };
+    let [closing, sideways] = beyond(&seen.map(|seen| (seen, mirrored(seen))));
+    near(closing, 1.0);
+    near(sideways, -3.0);
+}
+
+#[test]
+fn there_is_nothing_to_explain_where_no_speed_differs() {
+    let closing = Sighted { velocity_m_per_s: [-0.5, 0.0], ..AHEAD };
+    assert_eq!(beyond(&[(closing, closing)]), [None, None]);
+    assert_eq!(beyond(&[]), [None, None]);
+}

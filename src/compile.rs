@@ -17,4 +17,5 @@ pub use chip::{ChipOpenError, open_chip};
 pub use eem_san::{QuantizedEemSan, quantize_eem_san};
 pub use error::CompileError;
 pub use graph::IntegerGraph;
+pub use place::Split;
 pub use policy::Policy;

@@ -5,6 +5,7 @@ pub mod deployment;
 pub mod eem_san_policy;
 pub mod eem_san_program;
 mod watch;
+mod work;
 
 pub use chip_policy::{ChipPolicy, ChipUse, HostCounts};
 pub use deployment::{DecisionProgram, Deployment};

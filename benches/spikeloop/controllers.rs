@@ -12,7 +12,7 @@ use hw_model::engine::Engine;
 use hw_model::{ChipSpec, CoreMap, DenseEngine, EventEngine, container};
 use spikeloop::closed_loop::TrialConfig;
 use spikeloop::coding::{InputSpikes, population_spikes};
-use spikeloop::compile::Policy;
+use spikeloop::compile::{Policy, Split};
 use spikeloop::evaluate::{Driver, EngineKind, fly};
 use spikeloop::host::{ChipPolicy, Deployment, EemSanChipPolicy, Schedule};
 use spikeloop::net::{Controller, EemSan, Layer, Network, builtin};
@@ -73,7 +73,7 @@ fn input(network: &Network, decision: u64) -> InputSpikes {
 
 fn deployed(network: &Network) -> Deployment {
     let policy = Policy::named("san").expect("there is one");
-    Deployment::compile(network, &policy, &ChipSpec::loihi1(), None).expect("it fits")
+    Deployment::compile(network, &policy, &ChipSpec::loihi1(), Split::Fewest).expect("it fits")
 }
 
 fn compile(criterion: &mut Criterion) {
@@ -141,7 +141,7 @@ fn trial(criterion: &mut Criterion) {
     let network = builtin::read("reflex", None).expect("built in");
     let policy = Policy::named("nearest").expect("there is one");
     let deployment =
-        Deployment::compile(&network, &policy, &ChipSpec::loihi1(), None).expect("fits");
+        Deployment::compile(&network, &policy, &ChipSpec::loihi1(), Split::Fewest).expect("fits");
     let chip = Driver::chip(deployment, EngineKind::Event).expect("it has a program");
     let mut group = criterion.benchmark_group("trial/courtyard");
     group.sample_size(20);
@@ -165,7 +165,7 @@ fn trial(criterion: &mut Criterion) {
 fn eem_san_deployed(network: &EemSan) -> Deployment {
     let policy = Policy::named("nearest").expect("there is one");
     let (chip, held) = (ChipSpec::loihi1(), Schedule::Held);
-    Deployment::compile_eem_san(network, &policy, &chip, None, held).expect("it fits")
+    Deployment::compile_eem_san(network, &policy, &chip, Split::Fewest, held).expect("it fits")
 }
 
 /// The same ready to drive, on one and on two threads.

@@ -9,9 +9,9 @@ use hw_model::id::{AxonIdx, CompartmentIdx, CoreId};
 use hw_model::synapse::{SynapseEntry, SynapseForm, SynapseList};
 use hw_model::weight::{SignMode, SynapseFormat};
 use hw_model::{ChipSpec, CoreMap, CoreMapParts};
-use spikeloop::compile::Policy;
 use spikeloop::compile::eem_san::PIXEL_PORT;
 use spikeloop::compile::quantize::BIAS_PORT;
+use spikeloop::compile::{Policy, Split};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::conv2d::{Conv2d, Shape};
 use spikeloop::net::integer::{IntegerNet, IntegerPopulation, IntegerProjection, Mantissas};
@@ -68,7 +68,7 @@ fn net(name: &str, inputs: usize, layers: &[(usize, u32)], weights: Vec<Mantissa
 }
 
 fn placed(net: IntegerNet) -> Arc<CoreMap> {
-    Deployment::of_integers(net, &ChipSpec::loihi1(), None).expect("it fits").map
+    Deployment::of_integers(net, &ChipSpec::loihi1(), Split::Fewest).expect("it fits").map
 }
 
 /// SAN's shape, 24-256-256-256-2, in 5,000 steps; about 15 % of the neurons spike in a step.
@@ -124,7 +124,7 @@ pub(crate) fn eem_san() -> Case {
     let policy = Policy::named("nearest").expect("there is one");
     let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Streaming);
     let network = shipped_eem_san();
-    let deployment = Deployment::compile_eem_san(&network, &policy, &chip, None, schedule);
+    let deployment = Deployment::compile_eem_san(&network, &policy, &chip, Split::Fewest, schedule);
     let map = deployment.expect("it fits").map;
     let mut draw = stream_of(3);
     let mut spikes = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use spikeloop::compile::{Policy, open_chip};
+use spikeloop::compile::{Policy, Split, open_chip};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, builtin, integer};
 
@@ -28,18 +28,22 @@ pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
 
 fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
     let chip = open_chip(&args.chip)?;
+    let split = match (args.cores, args.neurons_per_core) {
+        (Some(cores), _) => Split::Cores(cores),
+        (None, Some(most)) => Split::NeuronsPerCore(most),
+        (None, None) => Split::Fewest,
+    };
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
         let policy = args.weight_bits.map_or(Ok(policy), |bits| policy.with_weight_bits(bits))?;
-        let cores = args.neurons_per_core;
         let network = builtin::open(&args.network, weights)?;
         let schedule = match (&network, args.schedule) {
             (Controller::Described(_), Some(_)) => return Err(no_schedule(args)),
             (_, Some(ScheduleArg::Streaming)) => Schedule::Streaming,
             (_, Some(ScheduleArg::Held) | None) => Schedule::Held,
         };
-        return Ok(Deployment::of_controller(&network, &policy, &chip, cores, schedule)?);
+        return Ok(Deployment::of_controller(&network, &policy, &chip, split, schedule)?);
     }
     if args.schedule.is_some() {
         return Err(no_schedule(args));
@@ -58,7 +62,7 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         )
         .into());
     }
-    Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, args.neurons_per_core)?)
+    Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, split)?)
 }
 
 fn no_schedule(args: &CompileArgs) -> Failure {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use hw_model::{ChipSpec, EventEngine};
 use spikeloop::closed_loop::TrialConfig;
-use spikeloop::compile::Policy;
+use spikeloop::compile::{Policy, Split};
 use spikeloop::evaluate::{Comparison, Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, builtin};
@@ -132,7 +132,7 @@ fn eem_san(args: &DemoArgs) -> Result<Scene, Failure> {
 
 fn compiled(network: &Controller, policy: &str) -> Result<Deployment, Failure> {
     let (policy, chip) = (Policy::named(policy)?, ChipSpec::loihi1());
-    Ok(Deployment::of_controller(network, &policy, &chip, None, Schedule::Held)?)
+    Ok(Deployment::of_controller(network, &policy, &chip, Split::Fewest, Schedule::Held)?)
 }
 
 fn san_flight(world: World, pairs: Vec<Pair>) -> Flight {

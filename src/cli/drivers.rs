@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hw_model::ChipSpec;
 use spikeloop::closed_loop::planner::Knowledge;
-use spikeloop::compile::Policy;
+use spikeloop::compile::{Policy, Split};
 use spikeloop::evaluate::{Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::weight_fault::WeightFault;
@@ -102,7 +102,8 @@ fn network_driver(
     }
     let policy = Policy::named(POLICY_DEFAULT)?;
     let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
-    let deployment = Deployment::of_controller(&controller, &policy, &chip, None, schedule)?;
+    let deployment =
+        Deployment::of_controller(&controller, &policy, &chip, Split::Fewest, schedule)?;
     chip_driver(deployment, name, engine)
 }
 

@@ -162,6 +162,28 @@ pub enum CompileError {
         /// What would make it fit.
         advice: String,
     },
+    /// More cores are to be used than the chip has.
+    #[error(
+        "{cores} cores are more than the limit of {limit} ({chip}.cores); ask for at most that"
+    )]
+    CoresOfChip {
+        /// Cores asked for.
+        cores: usize,
+        /// Cores there are.
+        limit: u32,
+        /// Name of the chip.
+        chip: String,
+    },
+    /// Fewer cores are to be used than it takes.
+    #[error("{needed} cores needed, {cores} asked for: {breakdown}; ask for {needed} or more")]
+    FewCores {
+        /// Cores asked for.
+        cores: usize,
+        /// Cores needed.
+        needed: usize,
+        /// Cores by layer.
+        breakdown: String,
+    },
     /// The finished map does not pass the chip's checks.
     #[error(transparent)]
     Map(#[from] MapError),

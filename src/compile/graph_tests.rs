@@ -1,7 +1,7 @@
 use super::*;
-use crate::compile::place::place;
+use crate::compile::place::{LayerWork, place, spread};
 use crate::net::conv2d::{Conv2d, Shape};
-use hw_model::ChipSpec;
+use hw_model::{ChipSpec, CoreMap, OpCounts};
 
 /// A picture of 2x4x4 from 6x6 pixels, three neurons behind it and beside it.
 fn graph() -> IntegerGraph {
@@ -246,4 +246,50 @@ fn output_axons_limit_how_many_neurons_of_a_picture_share_a_core() {
     let picture = place(&graph(), &ChipSpec::loihi1(), Some(8)).unwrap();
     assert_eq!(picture.cores().len(), 6);
     assert_eq!(picture.cores()[0].label, "pic[c0..2,y0..2,x0..2]");
+}
+
+/// The picture works the most, then what it projects to.
+fn work(fewest: CoreMap) -> Vec<LayerWork> {
+    assert_eq!(fewest.cores().len(), 3);
+    let of = |synaptic_ops_dense| LayerWork {
+        counts: OpCounts { synaptic_ops_dense, ..OpCounts::default() },
+        phase: 0,
+    };
+    vec![of(1000), of(300), of(10)]
+}
+
+#[test]
+fn asked_for_cores_are_taken_and_shared_out() {
+    let cores = |cores| {
+        let map = spread(&graph(), &ChipSpec::loihi1(), cores, work);
+        map.map(|map| map.cores().iter().map(|core| core.label.clone()).collect::<Vec<_>>())
+    };
+    assert_eq!(cores(3).unwrap(), ["pic", "a", "b"]);
+    let of = |labels: &[String], name| labels.iter().filter(|l| l.starts_with(name)).count();
+    let ten = cores(10).unwrap();
+    assert!(ten.len() <= 10 && of(&ten, "pic") > of(&ten, "a"), "{ten:?}");
+    assert!(of(&ten, "a") > 1, "{ten:?}");
+    let all = cores(128).unwrap();
+    assert!(all.len() > ten.len() && of(&all, "a") == 3, "{all:?}");
+    assert_eq!(
+        cores(2).unwrap_err().to_string(),
+        "3 cores needed, 2 asked for: pic 1 (32 neurons), a 1 (3 neurons), b 1 (3 neurons); \
+         ask for 3 or more"
+    );
+    assert_eq!(
+        cores(129).unwrap_err().to_string(),
+        "129 cores are more than the limit of 128 (loihi1.cores); ask for at most that"
+    );
+}
+
+#[test]
+fn where_splitting_a_target_takes_more_cores_of_its_source_all_stay_within_the_number() {
+    let mut chip = ChipSpec::loihi1();
+    // Each neuron of the picture has an axon to each core of `a`.
+    chip.limits.output_axons_per_core = 32;
+    let fewest = place(&graph(), &chip, None).unwrap().cores().len();
+    for cores in fewest..20 {
+        let taken = spread(&graph(), &chip, cores, work).unwrap().cores().len();
+        assert!((fewest..=cores).contains(&taken), "{taken} of {cores}");
+    }
 }

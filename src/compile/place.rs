@@ -1,7 +1,7 @@
 //! Partition and placement: populations onto cores, synapses onto axons.
 //!
-//! Each population gets cores of its own, as few as its resources allow, filled evenly: a picture
-//! (a population with a convolution onto it) in tiles, others in ranges. Result and cost of a run
+//! Each population gets cores of its own, as few as its resources allow or more of them ([`spread`]),
+//! filled evenly: a picture (a population with a convolution onto it) in tiles, others in ranges. Result and cost of a run
 //! do not depend on which core is which, but for the hops of messages.
 
 use std::collections::BTreeMap;
@@ -14,15 +14,18 @@ use crate::compile::error::CompileError;
 use crate::compile::graph::{IntegerGraph, Mantissas, Source};
 use crate::net::conv2d::Shape;
 use part::Part;
-use tile::{Tile, tilings};
+use split::{Cut, Load, share_out, useful};
+use tile::{Tile, Tiling, tilings};
 
 mod part;
+mod split;
 mod tile;
+
+pub use split::{LayerWork, Split};
 
 /// Places a graph on a chip.
 ///
-/// `neurons_per_core_max` narrows how many neurons of a population share a core (SAN's published
-/// mapping has 128).
+/// `neurons_per_core_max` narrows how many neurons of a population share a core.
 ///
 /// Errors: parts of the graph that do not go together, a neuron that no core can hold, or more
 /// cores than the chip has, with what sets the number and what would make it fit.
@@ -31,27 +34,36 @@ pub fn place(
     chip: &ChipSpec,
     neurons_per_core_max: Option<usize>,
 ) -> Result<CoreMap, CompileError> {
-    let mut placer = Placer {
-        graph,
-        chip,
-        shapes: graph.shapes()?,
-        neurons_per_core_max: neurons_per_core_max.unwrap_or(usize::MAX).max(1),
-        parts: vec![Vec::new(); graph.populations.len()],
-    };
-    // Targets first: how far a source's axons fan out depends on how often its target was split.
-    for population in (0..graph.populations.len()).rev() {
-        placer.parts[population] = placer.partition(population)?;
-    }
-    placer.check_cores()?;
+    let placer = Placer::new(graph, chip, neurons_per_core_max.unwrap_or(usize::MAX))?;
     Ok(CoreMap::new(placer.build())?)
 }
 
+/// Places a graph on `cores` cores of a chip, or a few less, in place of as few as can be: shared out
+/// so that the busiest has the least to do. `work` runs the map with the fewest and says what each
+/// population did.
+///
+/// Errors: as [`place`]; fewer cores than the fewest, or more than the chip has.
+pub fn spread(
+    graph: &IntegerGraph,
+    chip: &ChipSpec,
+    cores: usize,
+    work: impl FnOnce(CoreMap) -> Vec<LayerWork>,
+) -> Result<CoreMap, CompileError> {
+    let mut placer = Placer::new(graph, chip, usize::MAX)?;
+    placer.check_asked(cores)?;
+    let work = work(CoreMap::new(placer.clone().build())?);
+    placer.spread(cores, &work)?;
+    Ok(CoreMap::new(placer.build())?)
+}
+
+#[derive(Clone)]
 struct Placer<'a> {
     graph: &'a IntegerGraph,
     chip: &'a ChipSpec,
     /// Shape of each population.
     shapes: Vec<Shape>,
-    neurons_per_core_max: usize,
+    /// Of each population.
+    neurons_per_core_max: Vec<usize>,
     /// Cores of each population.
     parts: Vec<Vec<Part>>,
 }
@@ -59,24 +71,110 @@ struct Placer<'a> {
 /// What a part needs too much of: resource, used, limit.
 type Excess = (&'static str, u64, u64);
 
-impl Placer<'_> {
-    fn partition(&self, population: usize) -> Result<Vec<Part>, CompileError> {
+impl<'a> Placer<'a> {
+    /// All populations in parts.
+    fn new(
+        graph: &'a IntegerGraph,
+        chip: &'a ChipSpec,
+        neurons_per_core_max: usize,
+    ) -> Result<Self, CompileError> {
+        let mut placer = Self {
+            graph,
+            chip,
+            shapes: graph.shapes()?,
+            neurons_per_core_max: vec![neurons_per_core_max.max(1); graph.populations.len()],
+            parts: Vec::new(),
+        };
+        placer.partition_all()?;
+        placer.check_cores()?;
+        Ok(placer)
+    }
+
+    /// Cores of each population within the limits that are set.
+    fn partition_all(&mut self) -> Result<(), CompileError> {
+        self.parts = vec![Vec::new(); self.graph.populations.len()];
+        // Targets first: how far a source's axons fan out depends on how often its target was split.
+        for population in (0..self.parts.len()).rev() {
+            self.parts[population] = self.partition(population)?;
+        }
+        Ok(())
+    }
+
+    /// Whether so many cores can be taken.
+    fn check_asked(&self, cores: usize) -> Result<(), CompileError> {
+        let limit = self.chip.limits.cores;
+        if cores > limit as usize {
+            return Err(CompileError::CoresOfChip { cores, limit, chip: self.chip.name.clone() });
+        }
+        let needed = self.parts.iter().map(Vec::len).sum();
+        if cores < needed {
+            return Err(CompileError::FewCores { cores, needed, breakdown: self.breakdown() });
+        }
+        Ok(())
+    }
+
+    /// Splits what lies on as few cores as can be over `cores` of them.
+    fn spread(&mut self, cores: usize, work: &[LayerWork]) -> Result<(), CompileError> {
+        let counts = |parts: &[Vec<Part>]| parts.iter().map(Vec::len).collect::<Vec<_>>();
+        let fewest = counts(&self.parts);
+        let needed = fewest.iter().sum();
+        let loads = Load::measured(self.graph, self.chip, work, &fewest);
+        let layers = self.shapes.iter().zip(&fewest).enumerate();
+        let cuts =
+            layers.map(|(population, (shape, fewest))| self.cuts(population, *shape, *fewest));
+        let cuts: Vec<Vec<Cut>> = cuts.collect();
+        let mut budget = cores;
+        while budget > needed {
+            self.neurons_per_core_max = share_out(&loads, &cuts, budget);
+            let placed = self.partition_all().map(|()| counts(&self.parts).iter().sum::<usize>());
+            match placed {
+                Ok(taken) if taken <= cores => return Ok(()),
+                // More parts of a layer than its share: its axons fan out to too many cores, or there
+                // are no tiles of that size.
+                Ok(taken) => budget = budget.saturating_sub(taken - cores),
+                Err(_) => budget -= 1,
+            }
+        }
+        self.neurons_per_core_max.fill(usize::MAX);
+        self.partition_all()
+    }
+
+    /// Ways to cut a population over at least `fewest` cores, as far as its neurons go.
+    fn cuts(&self, population: usize, shape: Shape, fewest: usize) -> Vec<Cut> {
+        let (neurons, limit) = (shape.neurons(), self.chip.limits.cores as usize);
+        if !self.is_picture(population) {
+            let cut = |cores: usize| Cut { most: neurons.div_ceil(cores), cores };
+            return useful((fewest.max(1)..=neurons.clamp(fewest.max(1), limit)).map(cut));
+        }
+        let tilings = tilings(shape, self.len_max(population), limit, |_| 0);
+        let cut =
+            |tiling: &Tiling| Cut { most: tiling.size.iter().product(), cores: tiling.n_tiles };
+        useful(tilings.iter().map(cut).filter(|cut| cut.cores >= fewest))
+    }
+
+    /// Whether a population has a convolution onto it.
+    fn is_picture(&self, population: usize) -> bool {
         let mut onto = self.graph.projections.iter().filter(|p| p.target == population);
-        if onto.any(|p| matches!(p.mantissas, Mantissas::Conv(..))) {
+        onto.any(|p| matches!(p.mantissas, Mantissas::Conv(..)))
+    }
+
+    fn partition(&self, population: usize) -> Result<Vec<Part>, CompileError> {
+        if self.is_picture(population) {
             self.partition_picture(population)
         } else {
             self.partition_range(population)
         }
     }
 
-    fn len_max(&self) -> usize {
-        self.neurons_per_core_max.min(self.chip.limits.compartments_per_core as usize)
+    fn len_max(&self, population: usize) -> usize {
+        let most = self.neurons_per_core_max[population];
+        most.min(self.chip.limits.compartments_per_core as usize)
     }
 
     /// The smallest number of equal parts that fit.
     fn partition_range(&self, population: usize) -> Result<Vec<Part>, CompileError> {
         let neurons = self.graph.populations[population].neurons;
-        let mut n_parts = neurons.div_ceil(self.len_max());
+        let mut n_parts = neurons.div_ceil(self.len_max(population));
         let mut known = None;
         loop {
             if n_parts > self.chip.limits.cores as usize {
@@ -107,7 +205,7 @@ impl Placer<'_> {
         let fan_out = self.fan_out(population, shape.neurons());
         let seen = |size: &[usize; 3]| self.inputs_seen(population, size);
         let n_tiles_max = self.chip.limits.cores as usize;
-        for tiling in tilings(shape, self.len_max(), n_tiles_max, seen) {
+        for tiling in tilings(shape, self.len_max(population), n_tiles_max, seen) {
             let mut parts = Vec::with_capacity(tiling.n_tiles);
             for tile in tiling.tiles(shape) {
                 let part = self.part(population, tile);
@@ -219,12 +317,6 @@ impl Placer<'_> {
         if needed <= limit as usize {
             return Ok(());
         }
-        let by_layer = self.graph.populations.iter().zip(&self.parts);
-        let breakdown: Vec<String> = by_layer
-            .map(|(population, parts)| {
-                format!("{} {} ({} neurons)", population.name, parts.len(), population.neurons)
-            })
-            .collect();
         let largest =
             self.graph.populations.iter().zip(&self.parts).max_by_key(|(_, parts)| parts.len());
         let shrink = largest.filter(|(_, parts)| parts.len() > 1).map(|(population, _)| {
@@ -235,8 +327,17 @@ impl Placer<'_> {
         });
         let shrink = shrink.unwrap_or_default();
         let advice = format!("{shrink}use a chip with more or larger cores");
-        let (chip, breakdown) = (self.chip.name.clone(), breakdown.join(", "));
+        let (chip, breakdown) = (self.chip.name.clone(), self.breakdown());
         Err(CompileError::Cores { needed, limit, chip, breakdown, advice })
+    }
+
+    /// Cores by layer.
+    fn breakdown(&self) -> String {
+        let by_layer = self.graph.populations.iter().zip(&self.parts);
+        let of_layer = by_layer.map(|(population, parts)| {
+            format!("{} {} ({} neurons)", population.name, parts.len(), population.neurons)
+        });
+        of_layer.collect::<Vec<_>>().join(", ")
     }
 
     /// All parts on consecutive cores, joined by axons.

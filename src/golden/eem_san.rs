@@ -36,8 +36,8 @@ pub(super) fn run_all(head: &Head, network: &EemSan) -> Result<Vec<Run>, GoldenE
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
     let schedule = head.schedule.unwrap_or_default();
-    let (chip, cores) = (&head.chip, head.neurons_per_core);
-    let deployment = Deployment::compile_eem_san(network, &policy, chip, cores, schedule)
+    let (chip, split) = (&head.chip, head.split);
+    let deployment = Deployment::compile_eem_san(network, &policy, chip, split, schedule)
         .map_err(compile_error)?;
     let mut runs = Vec::new();
     for (name, engine) in engines(&deployment.map).into_iter().skip(1) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hw_model::ChipSpec;
 
-use crate::compile::open_chip;
+use crate::compile::{Split, open_chip};
 use crate::golden::GoldenError;
 use crate::host::Schedule;
 use crate::world::robot::Actuators;
@@ -38,7 +38,7 @@ pub(super) struct Head {
     pub(super) schedule: Option<Schedule>,
     /// What it is compiled for.
     pub(super) chip: ChipSpec,
-    pub(super) neurons_per_core: Option<usize>,
+    pub(super) split: Split,
     pub(super) seed: u64,
     /// Decisions of a network trace, ticks of a loop trace.
     pub(super) count: u64,
@@ -130,7 +130,7 @@ impl Lines<'_> {
             policy: text("policy", "nearest"),
             schedule,
             chip: self.chip()?,
-            neurons_per_core: self.neurons_per_core()?,
+            split: self.split()?,
             seed: self.number("seed", 1, u64::MAX)?,
             count: self.count(counted)?,
             driver,
@@ -163,12 +163,12 @@ impl Lines<'_> {
         })
     }
 
-    fn neurons_per_core(&self) -> Result<Option<usize>, GoldenError> {
+    fn split(&self) -> Result<Split, GoldenError> {
         const KEY: &str = "neurons_per_core";
         match self.number(KEY, 0, u64::from(u32::MAX))? {
             0 if self.get(KEY).is_some() => Err(self.error(KEY, "1 or more")),
-            0 => Ok(None),
-            n => Ok(Some(n as usize)),
+            0 => Ok(Split::Fewest),
+            n => Ok(Split::NeuronsPerCore(n as usize)),
         }
     }
 

@@ -69,7 +69,7 @@ fn compile(head: &Head, network: &Network) -> Result<Deployment, GoldenError> {
     let compile_error =
         |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
-    Deployment::compile(network, &policy, &head.chip, head.neurons_per_core).map_err(compile_error)
+    Deployment::compile(network, &policy, &head.chip, head.split).map_err(compile_error)
 }
 
 /// Decisions on random input, a line for each step and core.

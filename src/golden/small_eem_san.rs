@@ -41,8 +41,8 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
     let policy = Quantization::named(&head.policy).map_err(compile_error)?;
     let network = network(&mut Streams::new(head.seed, 0).at(stream::STIMULUS, 0));
     let schedule = head.schedule.unwrap_or_default();
-    let (chip, cores) = (&head.chip, head.neurons_per_core);
-    let deployment = Deployment::compile_eem_san(&network, &policy, chip, cores, schedule)
+    let (chip, split) = (&head.chip, head.split);
+    let deployment = Deployment::compile_eem_san(&network, &policy, chip, split, schedule)
         .map_err(compile_error)?;
     let run = |(name, engine): (&str, Box<dyn Engine>)| {
         (name.to_owned(), run_ticks(head, &deployment, engine))

@@ -12,9 +12,10 @@ use thiserror::Error;
 
 use crate::coding::InputSpikes;
 use crate::compile::quantize::{BIAS_PORT, INPUT_PORT, Quantized, quantize};
-use crate::compile::{CompileError, IntegerGraph, Policy, place, quantize_eem_san};
+use crate::compile::{CompileError, IntegerGraph, Policy, Split, place, quantize_eem_san};
 use crate::cost::Shape;
 use crate::host::eem_san_program::{EemSanProgram, Schedule};
+use crate::host::work;
 use crate::net::integer::IntegerNet;
 use crate::net::{Controller, EemSan, MAP_LABEL, Network, RateEncoder};
 
@@ -122,15 +123,13 @@ impl Deployment {
         network: &Controller,
         policy: &Policy,
         chip: &ChipSpec,
-        neurons_per_core_max: Option<usize>,
+        split: Split,
         schedule: Schedule,
     ) -> Result<Self, CompileError> {
         match network {
-            Controller::Described(network) => {
-                Self::compile(network, policy, chip, neurons_per_core_max)
-            }
+            Controller::Described(network) => Self::compile(network, policy, chip, split),
             Controller::EemSan(network) => {
-                Self::compile_eem_san(network, policy, chip, neurons_per_core_max, schedule)
+                Self::compile_eem_san(network, policy, chip, split, schedule)
             }
         }
     }
@@ -142,19 +141,36 @@ impl Deployment {
         network: &Network,
         policy: &Policy,
         chip: &ChipSpec,
-        neurons_per_core_max: Option<usize>,
+        split: Split,
     ) -> Result<Self, CompileError> {
         let quantized = quantize(network, policy, chip)?;
-        let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
         let scales = network.layers.iter().zip(&quantized.layers);
-        Ok(Self {
+        let scales: Vec<_> = scales.map(|(layer, q)| (layer.name.clone(), q.scale)).collect();
+        Self::placed(&quantized.graph, chip, split, |map| Self {
             network: network.name.clone(),
             policy: policy.label(),
             program: Some(DecisionProgram::new(network, &quantized, &map)),
             eem_san: None,
-            scales: scales.map(|(layer, q)| (layer.name.clone(), q.scale)).collect(),
+            scales: scales.clone(),
             map: Arc::new(map),
         })
+    }
+
+    /// Places a graph; `with` adds the host's part to a map.
+    fn placed(
+        graph: &IntegerGraph,
+        chip: &ChipSpec,
+        split: Split,
+        with: impl Fn(CoreMap) -> Self,
+    ) -> Result<Self, CompileError> {
+        let map = match split {
+            Split::Fewest => place::place(graph, chip, None)?,
+            Split::NeuronsPerCore(most) => place::place(graph, chip, Some(most))?,
+            Split::Cores(cores) => {
+                place::spread(graph, chip, cores, |map| work::of_populations(&with(map)))?
+            }
+        };
+        Ok(with(map))
     }
 
     /// Compiles an EEM-SAN or its laser-only control.
@@ -165,7 +181,7 @@ impl Deployment {
         network: &EemSan,
         policy: &Policy,
         chip: &ChipSpec,
-        neurons_per_core_max: Option<usize>,
+        split: Split,
         schedule: Schedule,
     ) -> Result<Self, CompileError> {
         if network.told {
@@ -186,13 +202,14 @@ impl Deployment {
             (Schedule::Held, Some(_)) => Schedule::HeldCleared,
             (schedule, _) => schedule,
         };
-        let map = place::place(&quantized.graph, chip, neurons_per_core_max)?;
-        Ok(Self {
+        let scales = quantized.layers.iter().map(|(name, q)| (name.clone(), q.scale));
+        let scales: Vec<_> = scales.collect();
+        Self::placed(&quantized.graph, chip, split, |map| Self {
             network: network.name.clone(),
             policy: policy.label(),
             program: None,
             eem_san: Some(EemSanProgram::new(network, &quantized, &map, schedule)),
-            scales: quantized.layers.into_iter().map(|(name, q)| (name, q.scale)).collect(),
+            scales: scales.clone(),
             map: Arc::new(map),
         })
     }
@@ -228,13 +245,17 @@ impl Deployment {
     pub fn of_integers(
         net: IntegerNet,
         chip: &ChipSpec,
-        neurons_per_core_max: Option<usize>,
+        split: Split,
     ) -> Result<Self, CompileError> {
         let network = net.name.clone();
-        let map = place::place(&IntegerGraph::from(net), chip, neurons_per_core_max)?;
-        let policy = "integer".to_owned();
-        let map = Arc::new(map);
-        Ok(Self { network, policy, map, program: None, eem_san: None, scales: Vec::new() })
+        Self::placed(&IntegerGraph::from(net), chip, split, |map| Self {
+            network: network.clone(),
+            policy: "integer".to_owned(),
+            map: Arc::new(map),
+            program: None,
+            eem_san: None,
+            scales: Vec::new(),
+        })
     }
 
     /// Bytes of the deployment's file.

@@ -6,7 +6,7 @@ use crate::net::builtin;
 fn deployment() -> Deployment {
     let network = builtin::read("reflex", None).unwrap();
     let policy = Policy::named("nearest").unwrap();
-    Deployment::compile(&network, &policy, &ChipSpec::loihi1(), None).unwrap()
+    Deployment::compile(&network, &policy, &ChipSpec::loihi1(), Split::Fewest).unwrap()
 }
 
 /// The bytes of a file whose content was changed and whose digest fits again.
@@ -81,7 +81,8 @@ fn windows_of_a_direct_and_a_relayed_network_open_one_step_apart() {
     let network = builtin::read("reflex", None).unwrap();
     let policy = Policy::named("nearest").unwrap();
     let relayed = Network { relay: true, ..network };
-    let relayed = Deployment::compile(&relayed, &policy, &ChipSpec::loihi1(), None).unwrap();
+    let relayed =
+        Deployment::compile(&relayed, &policy, &ChipSpec::loihi1(), Split::Fewest).unwrap();
     let (direct, relayed) = (deployment().program.unwrap(), relayed.program.unwrap());
     assert_eq!((direct.output_start(), direct.chip_steps), (2, 18));
     assert_eq!((relayed.output_start(), relayed.chip_steps), (3, 19));
@@ -124,4 +125,39 @@ fn the_digest_is_of_the_hosts_program_as_well() {
     assert_ne!(other.digest(), deployment.digest());
     let bare = Deployment { program: None, ..deployment };
     assert_eq!(bare.digest(), bare.map.digest());
+}
+
+#[test]
+fn a_network_without_a_host_program_is_spread_by_a_run_on_random_spikes() {
+    use crate::net::integer::{IntegerPopulation, IntegerProjection, Mantissas};
+    let population = |name: &str, neurons, threshold_mantissa| IntegerPopulation {
+        name: name.to_owned(),
+        neurons,
+        threshold_mantissa,
+    };
+    let projection = |source, target, weights| IntegerProjection {
+        sources: vec![source],
+        target,
+        weights: Mantissas::Dense(weights),
+    };
+    let net = IntegerNet {
+        name: "n".to_owned(),
+        decay_current: 2048,
+        decay_voltage: 1024,
+        populations: vec![
+            population("in", 50, None),
+            population("busy", 12, Some(10)),
+            population("idle", 12, Some(10)),
+        ],
+        // Nothing reaches the threshold of what the second layer would hear.
+        projections: vec![projection(0, 1, vec![4; 600]), projection(1, 2, vec![0; 144])],
+    };
+    let cores = |split| {
+        let deployment = Deployment::of_integers(net.clone(), &ChipSpec::loihi1(), split).unwrap();
+        let on = |population| crate::host::work::cores_of(&deployment.map, population).len();
+        [on(0), on(1)]
+    };
+    assert_eq!(cores(Split::Fewest), [1, 1]);
+    assert_eq!(cores(Split::Cores(5)), [4, 1]);
+    assert_eq!(cores(Split::NeuronsPerCore(3)), [4, 4]);
 }

@@ -12,6 +12,7 @@ use crate::host::eem_san_program::{
     CodedPort, EemSanProgram, EncoderPhase, Injected, Schedule, Window,
 };
 use crate::host::watch::spikes_by_step;
+use crate::host::work::cores_of;
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
 
@@ -389,14 +390,6 @@ impl EemSanChipPolicy {
         self.used.host.readout_macs += phase.readout.weights.len() as u64;
         phase.readout.apply(&scaled)
     }
-}
-
-fn cores_of(map: &CoreMap, population: usize) -> Vec<CoreId> {
-    let slices = map.populations()[population].slices.iter();
-    let mut cores: Vec<CoreId> = slices.map(|slice| slice.core).collect();
-    cores.sort_unstable();
-    cores.dedup();
-    cores
 }
 
 fn latent_sites(map: &CoreMap, program: &EemSanProgram) -> Vec<LatentSite> {

@@ -1,7 +1,7 @@
 use hw_model::ChipSpec;
 
 use super::*;
-use crate::compile::Policy;
+use crate::compile::{Policy, Split};
 use crate::host::Deployment;
 use crate::net::{Controller, builtin};
 
@@ -11,7 +11,7 @@ fn deployment(name: &str) -> Deployment {
     };
     let policy = Policy::named("mixed").unwrap();
     let chip = ChipSpec::loihi1();
-    Deployment::compile_eem_san(&network, &policy, &chip, None, Schedule::Held).unwrap()
+    Deployment::compile_eem_san(&network, &policy, &chip, Split::Fewest, Schedule::Held).unwrap()
 }
 
 #[test]

@@ -15,7 +15,9 @@ fn flight(engine: EngineKind) -> (World, Vec<Pair>, TrialConfig, Driver) {
     let network = crate::net::builtin::read("reflex", None).unwrap();
     let policy = crate::compile::Policy::named("nearest").unwrap();
     let chip = ChipSpec::loihi1();
-    let deployment = crate::host::Deployment::compile(&network, &policy, &chip, None).unwrap();
+    let deployment =
+        crate::host::Deployment::compile(&network, &policy, &chip, crate::compile::Split::Fewest)
+            .unwrap();
     let config = TrialConfig { ticks_max: 40, ..TrialConfig::san() };
     (world, pairs, config, Driver::chip(deployment, engine).unwrap())
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::compile::policy::WEIGHT_BITS_MAX;
-use crate::compile::{CompileError, Policy};
+use crate::compile::{CompileError, Policy, Split};
 use crate::evaluate::{Damage, DamageError, Driver, EngineKind};
 use crate::host::{Deployment, Schedule};
 use crate::net::Controller;
@@ -79,8 +79,8 @@ impl Variant {
     pub fn compile(&self, network: &Controller) -> Result<Deployment, VariantError> {
         let chip = ChipSpec::loihi1().with_state_bits(self.current_bits, self.voltage_bits)?;
         let policy = Policy::named(&self.policy)?.with_weight_bits(self.weight_bits)?;
-        let most = self.neurons_per_core;
-        Ok(Deployment::of_controller(network, &policy, &chip, most, Schedule::Held)?)
+        let split = self.neurons_per_core.map_or(Split::Fewest, Split::NeuronsPerCore);
+        Ok(Deployment::of_controller(network, &policy, &chip, split, Schedule::Held)?)
     }
 
     /// `deployment` as a driver on chips that are broken like this one.

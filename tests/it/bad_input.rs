@@ -289,6 +289,13 @@ fn a_layer_with_too_many_neurons_is_refused_before_it_is_laid_out() {
     refused(&folder, "compile n.json -o out.map", &[text]);
     refused(&folder, "compile n.json --neurons-per-core 1 -o out.map", &[text]);
     refused(&folder, "compile n.json --neurons-per-core 0 -o out.map", &["0 is not in 1..="]);
+    refused(&folder, "compile n.json --cores 0 -o out.map", &["0 is not in 1..="]);
+    let line = "compile n.json --cores 4 --neurons-per-core 1 -o out.map";
+    refused(&folder, line, &["cannot be used with"]);
+    let beyond = "129 cores are more than the limit of 128 (loihi1.cores); ask for at most that";
+    refused(&folder, "compile reflex --cores 129 -o out.map", &[beyond]);
+    let few = "6 cores needed, 5 asked for: fuse.laser 1 (20 neurons), ";
+    refused(&folder, "compile laser-only --cores 5 -o out.map", &[few, "; ask for 6 or more"]);
 }
 
 #[test]

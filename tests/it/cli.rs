@@ -218,6 +218,53 @@ fn compile_takes_a_chip_file_and_spreads_the_network_over_its_smaller_cores() {
     assert_eq!((&drivers[0]["chip"], &drivers[1]["chip"]), (&"small".into(), &"loihi1".into()));
 }
 
+#[test]
+fn cores_that_are_asked_for_make_decisions_faster_and_change_no_flight() {
+    let folder = Folder::new();
+    let cores_and_time = |line: &str| {
+        folder.good(&format!("compile laser-only {line} -o c.map"));
+        let about: Value = serde_json::from_str(&folder.good("inspect c.map --json").out).unwrap();
+        folder.good(
+            "drive c.map --arena map1 --control-hz 20 --v-max 1 --trials 1 --ticks-max 20 --json r.json",
+        );
+        let results = folder.json("r.json");
+        let driver = results["drivers"][0].clone();
+        let time = driver["summary"]["chip"]["costs"]["davies2018"]["time_ps"].as_u64();
+        let flown = driver["trials"][0]["trajectory_mm"].clone();
+        (about["cores"]["used"].as_u64().unwrap(), time.unwrap(), flown)
+    };
+    let fewest = cores_and_time("");
+    let more = cores_and_time("--cores 40");
+    let same_by_neurons = cores_and_time("--neurons-per-core 22");
+    let numbers = [&fewest, &more, &same_by_neurons].map(|(cores, time, _)| (*cores, *time));
+    assert!(fewest.0 < 10 && (35..=40).contains(&more.0), "{numbers:?}");
+    assert!(same_by_neurons.0 >= more.0, "{numbers:?}");
+    assert!(more.1 < fewest.1 && more.1 < same_by_neurons.1, "{numbers:?}");
+    assert!(more.2.is_array() && more.2 == fewest.2 && more.2 == same_by_neurons.2);
+    // Twice the same.
+    folder.good("compile laser-only --cores 40 -o a.map");
+    folder.good("compile laser-only --cores 40 -o b.map");
+    assert_eq!(folder.read("a.map"), folder.read("b.map"));
+}
+
+#[test]
+fn an_encoder_takes_the_cores_that_are_asked_for() {
+    let folder = Folder::new();
+    let cores = |line: &str| {
+        let ran = folder.good(line);
+        let at = ran.out.find("cores ").expect("a line of cores") + 6;
+        ran.out[at..].split('/').next().unwrap().parse::<usize>().unwrap()
+    };
+    let wide = include_str!("../../hw_model/chips/loihi1.toml")
+        .replace("name = \"loihi1\"", "name = \"wide\"")
+        .replace("cores = 128", "cores = 256")
+        .replace("tiles_x = 8", "tiles_x = 16");
+    folder.write("wide.toml", wide);
+    let fewest = cores("compile eem-san --chip wide.toml -o e.map");
+    let more = cores("compile eem-san --chip wide.toml --cores 200 -o e.map");
+    assert!(fewest < 128 && (180..=200).contains(&more), "{fewest}, {more}");
+}
+
 #[cfg(unix)]
 #[test]
 fn a_replaced_file_keeps_its_permissions_and_a_protected_one_is_not_replaced() {

@@ -2,7 +2,7 @@
 
 use hw_model::ChipSpec;
 use spikeloop::closed_loop::{Outcome, TrialConfig};
-use spikeloop::compile::Policy;
+use spikeloop::compile::{Policy, Split};
 use spikeloop::evaluate::{Driver, EngineKind, Flown, fly};
 use spikeloop::host::Deployment;
 use spikeloop::net::builtin;
@@ -18,7 +18,8 @@ fn successes(flown: &[Flown]) -> usize {
 
 fn chip(network: &spikeloop::net::Network, policy: &str, engine: EngineKind) -> Driver {
     let policy = Policy::named(policy).unwrap();
-    let deployment = Deployment::compile(network, &policy, &ChipSpec::loihi1(), None).unwrap();
+    let deployment =
+        Deployment::compile(network, &policy, &ChipSpec::loihi1(), Split::Fewest).unwrap();
     Driver::chip(deployment, engine).unwrap()
 }
 

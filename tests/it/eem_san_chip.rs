@@ -6,7 +6,7 @@ use std::sync::Arc;
 use hw_model::{ChipSpec, DenseEngine, Engine, EventEngine};
 use spikeloop::coding::{InputSpikes, LayerSpikes, population_spikes};
 use spikeloop::compile::policy::POLICIES;
-use spikeloop::compile::{Policy, quantize_eem_san};
+use spikeloop::compile::{Policy, Split, quantize_eem_san};
 use spikeloop::evaluate::{Agreement, Comparison};
 use spikeloop::host::{Deployment, EemSanChipPolicy, Schedule};
 use spikeloop::net::EemSan;
@@ -101,7 +101,7 @@ fn compare(
     let quantized = quantize_eem_san(network, policy, &chip).unwrap();
     let mut fixed = FixedEemSan::new(network, &quantized, &chip);
     let deployment =
-        Deployment::compile_eem_san(network, policy, &chip, None, Schedule::Held).unwrap();
+        Deployment::compile_eem_san(network, policy, &chip, Split::Fewest, Schedule::Held).unwrap();
     let mut on_chip = EemSanChipPolicy::new(&deployment, engine(&deployment)).unwrap();
     on_chip.watch(true);
     let mut sums = vec![0; network.layers().len()];
@@ -182,7 +182,7 @@ fn an_encoder_that_forgets_equals_the_fixed_point_reference() {
     assert_eq!(compare(&network, &nearest, 2, dense), expected);
     let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
     let deployment =
-        Deployment::compile_eem_san(&network, &nearest, &chip, None, schedule).unwrap();
+        Deployment::compile_eem_san(&network, &nearest, &chip, Split::Fewest, schedule).unwrap();
     assert_eq!(deployment.eem_san.as_ref().unwrap().schedule, Schedule::HeldCleared);
     let read = Deployment::from_bytes("fsvae", &deployment.to_bytes()).unwrap();
     assert_eq!(read.eem_san, deployment.eem_san);
@@ -229,7 +229,8 @@ fn streaming_equals_the_fixed_point_reference(network: &EemSan) {
     let chip = ChipSpec::loihi1();
     let quantized = quantize_eem_san(network, &nearest, &chip).unwrap();
     let schedule = Schedule::Streaming;
-    let deployment = Deployment::compile_eem_san(network, &nearest, &chip, None, schedule).unwrap();
+    let deployment =
+        Deployment::compile_eem_san(network, &nearest, &chip, Split::Fewest, schedule).unwrap();
     for engine in [event(&deployment), on_two_threads(&deployment), dense(&deployment)] {
         let mut fixed = FixedEemSan::new(network, &quantized, &chip);
         let mut on_chip = EemSanChipPolicy::new(&deployment, engine).unwrap();
@@ -315,9 +316,14 @@ fn compared(network: &EemSan, deployment: &Deployment) -> Agreement {
 fn a_streaming_chip_agrees_with_the_float_network_of_the_same_delays() {
     let (network, nearest) = (small(true), Policy::named("nearest").unwrap());
     let schedule = Schedule::Streaming;
-    let deployment =
-        Deployment::compile_eem_san(&network, &nearest, &ChipSpec::loihi1(), None, schedule)
-            .unwrap();
+    let deployment = Deployment::compile_eem_san(
+        &network,
+        &nearest,
+        &ChipSpec::loihi1(),
+        Split::Fewest,
+        schedule,
+    )
+    .unwrap();
     let streamed = compared(&network, &deployment);
     for layer in &streamed.layers {
         assert!(layer.share().is_some_and(|share| share > 0.9) && layer.float > 0, "{layer:?}");
@@ -345,9 +351,14 @@ const STAND: Action = Action { left: 0.0, right: 0.0 };
 fn the_chip_agrees_with_the_float_network_and_not_with_another() {
     let network = small(true);
     let fine = Policy::named("nearest").unwrap();
-    let deployment =
-        Deployment::compile_eem_san(&network, &fine, &ChipSpec::loihi1(), None, Schedule::Held)
-            .unwrap();
+    let deployment = Deployment::compile_eem_san(
+        &network,
+        &fine,
+        &ChipSpec::loihi1(),
+        Split::Fewest,
+        Schedule::Held,
+    )
+    .unwrap();
     let compared = |network: &EemSan| compared(network, &deployment);
     let same = compared(&network);
     for layer in &same.layers {
@@ -366,9 +377,14 @@ fn the_chip_agrees_with_the_float_network_and_not_with_another() {
 fn costs_of_host_and_management_are_counted() {
     let network = small(true);
     let nearest = Policy::named("nearest").unwrap();
-    let deployment =
-        Deployment::compile_eem_san(&network, &nearest, &ChipSpec::loihi1(), None, Schedule::Held)
-            .unwrap();
+    let deployment = Deployment::compile_eem_san(
+        &network,
+        &nearest,
+        &ChipSpec::loihi1(),
+        Split::Fewest,
+        Schedule::Held,
+    )
+    .unwrap();
     let mut policy = EemSanChipPolicy::new(&deployment, event(&deployment)).unwrap();
     policy.start_trial(Streams::new(1, 0));
     let cleared = deployment.map.cores().iter().map(|core| core.compartments() as u64);

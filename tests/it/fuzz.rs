@@ -8,9 +8,9 @@ use proptest::prelude::*;
 use safetensors::Dtype;
 use safetensors::tensor::TensorView;
 use spikeloop::coding::InputSpikes;
-use spikeloop::compile::Policy;
 use spikeloop::compile::policy::POLICIES;
 use spikeloop::compile::quantize::quantize;
+use spikeloop::compile::{Policy, Split};
 use spikeloop::golden;
 use spikeloop::host::{ChipPolicy, Deployment};
 use spikeloop::net::eem_san::FRAMES_PER_TICK;
@@ -138,7 +138,7 @@ fn text(bytes: &[u8]) -> String {
 fn read_description(description: &str, weights: &[u8]) {
     if let Ok(network) = description::from_memory("x.toml", description, "x.st", weights) {
         let policy = Policy::named("nearest").unwrap();
-        let compiled = Deployment::compile(&network, &policy, &ChipSpec::loihi1(), None);
+        let compiled = Deployment::compile(&network, &policy, &ChipSpec::loihi1(), Split::Fewest);
         if let Err(error) = compiled {
             assert!(error.to_string().len() > 10, "{error:?}");
         }
@@ -148,7 +148,7 @@ fn read_description(description: &str, weights: &[u8]) {
 fn read_integers(json: &str, array: &[u8]) {
     let Ok(mut npz) = Npz::from_bytes("x.npz", archive("W", array)) else { return };
     if let Ok(net) = integer::from_parts("x.json", json, &mut npz)
-        && let Ok(deployment) = Deployment::of_integers(net, &ChipSpec::loihi1(), None)
+        && let Ok(deployment) = Deployment::of_integers(net, &ChipSpec::loihi1(), Split::Fewest)
     {
         let bytes = deployment.to_bytes();
         let again = Deployment::from_bytes("x.map", &bytes).expect("what compiles can be read");
@@ -220,7 +220,7 @@ fn read_arena(json: &[u8], pairs: &[u8]) {
 fn reflex() -> Deployment {
     let network = builtin::read("reflex", None).unwrap();
     let policy = Policy::named("nearest").unwrap();
-    Deployment::compile(&network, &policy, &ChipSpec::loihi1(), None).unwrap()
+    Deployment::compile(&network, &policy, &ChipSpec::loihi1(), Split::Fewest).unwrap()
 }
 
 fn drive_result() -> Vec<u8> {
@@ -362,7 +362,7 @@ struct Random {
     network: Network,
     input: Vec<InputSpikes>,
     policy: Policy,
-    neurons_per_core: Option<usize>,
+    split: Split,
 }
 
 fn layer(index: usize, inputs: usize, neurons: usize) -> impl Strategy<Value = Layer> {
@@ -405,11 +405,15 @@ fn network() -> impl Strategy<Value = Network> {
 }
 
 fn random() -> impl Strategy<Value = Random> {
-    let per_core = prop::option::of(1usize..5);
+    let split = prop_oneof![
+        Just(Split::Fewest),
+        (1usize..5).prop_map(Split::NeuronsPerCore),
+        (60usize..=128).prop_map(Split::Cores),
+    ];
     // The chip has no weights of 7 bits.
     let bits = prop_oneof![Just(8u8), 2..=6u8];
-    (network(), prop::sample::select(POLICIES.to_vec()), bits, per_core).prop_flat_map(
-        |(network, policy, bits, neurons_per_core)| {
+    (network(), prop::sample::select(POLICIES.to_vec()), bits, split).prop_flat_map(
+        |(network, policy, bits, split)| {
             let policy = policy.with_weight_bits(bits).expect("a width that there is");
             let step = prop::collection::vec(any::<bool>(), 24);
             let decision = prop::collection::vec(step, network.steps as usize);
@@ -417,7 +421,7 @@ fn random() -> impl Strategy<Value = Random> {
                 network: network.clone(),
                 input,
                 policy,
-                neurons_per_core,
+                split,
             })
         },
     )
@@ -429,7 +433,7 @@ proptest! {
     #[test]
     fn chip_counts_equal_the_fixed_reference_for_random_networks(random in random()) {
         let chip = ChipSpec::loihi1();
-        let Random { network, input, policy, neurons_per_core } = random;
+        let Random { network, input, policy, split } = random;
         // Biases far above the threshold may leave it below one mantissa: refused, not wrong.
         let Ok(quantized) = quantize(&network, &policy, &chip) else {
             let bias_max = |l: &Layer| l.bias.iter().fold(0.0f32, |max, b| max.max(b.abs()));
@@ -437,7 +441,7 @@ proptest! {
             return Ok(());
         };
         let fixed = FixedNetwork::new(&network, &quantized, &chip);
-        let compiled = Deployment::compile(&network, &policy, &chip, neurons_per_core).unwrap();
+        let compiled = Deployment::compile(&network, &policy, &chip, split).unwrap();
         let deployment = Deployment::from_bytes("x.map", &compiled.to_bytes()).unwrap();
         let event = |threads| Box::new(EventEngine::with_threads(Arc::clone(&deployment.map), threads));
         let engines: [Box<dyn Engine>; 3] =

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use hw_model::engine::{Engine, PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::{ChipSpec, CoreMap, DenseEngine, EventEngine, OpCounts};
+use spikeloop::compile::Split;
 use spikeloop::host::Deployment;
 use spikeloop::net::integer;
 use spikeloop::npz::Npz;
@@ -24,10 +25,10 @@ struct GoldenNet {
 }
 
 impl GoldenNet {
-    fn read(name: &str, neurons_per_core_max: Option<usize>) -> Option<Self> {
+    fn read(name: &str, split: Split) -> Option<Self> {
         let json = shared(&format!("nets/{name}.json"))?;
         let net = integer::read(&json, None).unwrap();
-        let deployment = Deployment::of_integers(net, &ChipSpec::loihi1(), neurons_per_core_max);
+        let deployment = Deployment::of_integers(net, &ChipSpec::loihi1(), split);
         let map = deployment.unwrap().map;
         let inputs = pairs(&mut Npz::open(&json.with_extension("npz")).unwrap(), "in");
         let golden = json.with_file_name(format!("golden_{name}.npz"));
@@ -65,7 +66,7 @@ impl GoldenNet {
 #[test]
 fn mlp_spikes_equal_the_golden_ones_by_every_engine_and_thread_count() {
     // Small cores, so that there is something to share between threads.
-    let Some(net) = GoldenNet::read("mlp", Some(64)) else { return };
+    let Some(net) = GoldenNet::read("mlp", Split::NeuronsPerCore(64)) else { return };
     let engines = [net.event(1), net.event(2), net.event(3), net.dense()];
     for (index, engine) in engines.into_iter().enumerate() {
         let what = format!("engine {index}");
@@ -76,7 +77,7 @@ fn mlp_spikes_equal_the_golden_ones_by_every_engine_and_thread_count() {
 
 #[test]
 fn conv_spikes_equal_the_golden_ones_by_every_engine_and_thread_count() {
-    let Some(net) = GoldenNet::read("conv", None) else { return };
+    let Some(net) = GoldenNet::read("conv", Split::Fewest) else { return };
     let first = net.check(net.event(1), 100, "event engine");
     // The last kernel has three zeros, which are not stored where a sparse list is smaller: 334
     // operations less than there are synaptic events.

@@ -5,7 +5,7 @@ use serde_json::Value;
 use spikeloop::coding::InputSpikes;
 use spikeloop::compile::graph::Source;
 use spikeloop::compile::quantize::quantize;
-use spikeloop::compile::{Policy, policy::POLICIES};
+use spikeloop::compile::{Policy, Split, policy::POLICIES};
 use spikeloop::host::{ChipPolicy, Deployment};
 use spikeloop::net::{Network, builtin};
 use spikeloop::reference::{FixedNetwork, FloatNetwork};
@@ -116,7 +116,8 @@ fn quantization_reproduces_the_published_integers() {
 fn san_takes_nine_cores() {
     let Some(network) = san() else { return };
     let policy = Policy::named("san").unwrap();
-    let deployment = Deployment::compile(&network, &policy, &ChipSpec::loihi1(), None).unwrap();
+    let deployment =
+        Deployment::compile(&network, &policy, &ChipSpec::loihi1(), Split::Fewest).unwrap();
     assert!(deployment.map.cores().len() <= 9, "{}", deployment.map.cores().len());
 }
 
@@ -129,7 +130,7 @@ fn chip_equals_the_fixed_point_reference_in_every_case_and_policy() {
         let fixed = FixedNetwork::new(&network, &quantized, &chip);
         for relay in [true, false] {
             let network = Network { relay, ..network.clone() };
-            let deployment = Deployment::compile(&network, &policy, &chip, None).unwrap();
+            let deployment = Deployment::compile(&network, &policy, &chip, Split::Fewest).unwrap();
             let map = || std::sync::Arc::<CoreMap>::clone(&deployment.map);
             let mut event =
                 ChipPolicy::new(&deployment, Box::new(EventEngine::new(map()))).unwrap();
@@ -157,7 +158,7 @@ fn chip_agrees_with_float_as_often_as_published_arithmetic_allows() {
     let Some(network) = san() else { return };
     let chip = ChipSpec::loihi1();
     for policy in POLICIES {
-        let deployment = Deployment::compile(&network, &policy, &chip, None).unwrap();
+        let deployment = Deployment::compile(&network, &policy, &chip, Split::Fewest).unwrap();
         let engine = Box::new(EventEngine::new(deployment.map.clone()));
         let mut policy_on_chip = ChipPolicy::new(&deployment, engine).unwrap();
         let (mut equal, mut difference) = (0, 0);

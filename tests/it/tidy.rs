@@ -45,7 +45,7 @@ const ROOMS: [(&str, &[&str]); 21] = [
     ("closed_loop", &["policy", "rng", "world"]),
     ("net", &["files", "floats", "npz", "policy", "rng"]),
     ("coding", &["net", "policy", "rng"]),
-    ("compile", &["net", "policy"]),
+    ("compile", &["files", "net", "policy"]),
     ("cost", &["net"]),
     ("reference", &["coding", "compile", "cost", "elementary", "net", "policy", "rng"]),
     ("host", &["coding", "compile", "cost", "net", "policy", "rng"]),

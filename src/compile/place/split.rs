@@ -1,7 +1,7 @@
 //! How many cores each layer gets where there are more than the fewest.
 //!
-//! A step of the chip lasts as long as its slowest core. So further cores go to the layer whose cores
-//! have the most to do of those that work at the same time, by what it did in a run before: its synaptic operations and updates, which its
+//! A step of the chip lasts as long as its slowest core. So cores are shared out so that the busiest of
+//! those that work at the same time has the least to do, by what it did in a run before: its synaptic operations and updates, which its
 //! cores share, the spikes that it gets, which reach each of its cores, and the messages that it
 //! sends, one to each core that its spikes go to.
 
@@ -115,55 +115,87 @@ pub(super) fn useful(cuts: impl Iterator<Item = Cut>) -> Vec<Cut> {
     useful
 }
 
+/// Times that layers are shared out anew, as what a layer sends depends on the cores of others.
+const ROUNDS: usize = 4;
+
 /// The largest number of neurons on a core of each layer, so that the layers have at most `budget`
 /// cores together, given the ways to cut each (the first has the fewest cores, as by [`useful`]).
 ///
-/// In each phase the layer whose fullest core has the most to do, the first of several, is the one to
-/// get cores. Of these layers one after the other is cut in its next way: that which becomes faster by
-/// the most per core. It ends where they take more cores than are left, or have no other way.
+/// The fullest cores of the busiest layers, one of each phase, have together the least to do that there
+/// is with so many cores, for what layers send in the round before; of several such ways the one with
+/// the fewest cores.
 pub(super) fn share_out(loads: &[Load], cuts: &[Vec<Cut>], budget: usize) -> Vec<usize> {
-    let mut chosen = vec![0; loads.len()];
-    let mut cores: Vec<usize> = cuts.iter().map(|cuts| cuts[0].cores).collect();
     let mut phases: Vec<usize> = loads.iter().map(|load| load.phase).collect();
     phases.sort_unstable();
     phases.dedup();
-    loop {
-        let left = budget.saturating_sub(cores.iter().sum());
-        let busy = |layer: usize, cut: usize| loads[layer].busy(cuts[layer][cut].most, &cores);
-        let busiest = |phase: &usize| {
-            let layers = (0..loads.len()).rev().filter(|layer| loads[*layer].phase == *phase);
-            layers.max_by_key(|layer| busy(*layer, chosen[*layer]))
+    let mut chosen: Vec<Cut> = cuts.iter().map(|cuts| cuts[0]).collect();
+    for _ in 0..ROUNDS {
+        let cores: Vec<usize> = chosen.iter().map(|cut| cut.cores).collect();
+        let layers = loads.iter().zip(cuts).map(|(load, cuts)| {
+            let busy = |cut: &Cut| (load.busy(cut.most, &cores), *cut);
+            Layer { phase: load.phase, cuts: cuts.iter().map(busy).collect() }
+        });
+        let layers: Vec<Layer> = layers.collect();
+        let Some(limits) = least(&layers, &phases, budget) else { break };
+        let within = |layer: &Layer| {
+            let phase = phases.iter().position(|phase| *phase == layer.phase);
+            layer.within(limits[phase.expect("its phase is there")])
         };
-        let step = |layer: usize| {
-            let next = cuts[layer].get(chosen[layer] + 1)?;
-            let more = next.cores - cores[layer];
-            let faster = busy(layer, chosen[layer]) - busy(layer, chosen[layer] + 1);
-            (more <= left).then_some(Step { layer, faster, more })
-        };
-        let steps = phases.iter().filter_map(busiest).filter_map(step);
-        let best = steps.reduce(|a, b| if b.is_better(&a) { b } else { a });
-        let Some(Step { layer, more, .. }) = best else { break };
-        cores[layer] += more;
-        chosen[layer] += 1;
+        let found: Option<Vec<Cut>> = layers.iter().map(within).collect();
+        chosen = found.expect("the limits are those of cuts");
     }
-    chosen.iter().zip(cuts).map(|(chosen, cuts)| cuts[*chosen].most).collect()
+    chosen.iter().map(|cut| cut.most).collect()
 }
 
-/// The next way to cut a layer.
-struct Step {
-    layer: usize,
-    /// What its fullest core has less to do.
-    faster: u64,
-    /// The cores that this takes.
-    more: usize,
+/// What the fullest core of a layer has to do, cut by cut: less and less.
+struct Layer {
+    phase: usize,
+    cuts: Vec<(u64, Cut)>,
 }
 
-impl Step {
-    /// Whether it gains more per core.
-    fn is_better(&self, other: &Self) -> bool {
-        let gain = |a: &Self, b: &Self| u128::from(a.faster) * b.more as u128;
-        gain(self, other) > gain(other, self)
+impl Layer {
+    /// The first cut with which no core has more than `limit` to do.
+    fn within(&self, limit: u64) -> Option<Cut> {
+        let at = self.cuts.partition_point(|(busy, _)| *busy > limit);
+        self.cuts.get(at).map(|(_, cut)| *cut)
     }
+}
+
+/// Cores, what the busiest cores of all phases so far have to do together, and each of them.
+type Plan = (usize, u64, Vec<u64>);
+
+/// The busiest core of each phase in the best plan with at most `budget` cores; `None` where there is
+/// none.
+fn least(layers: &[Layer], phases: &[usize], budget: usize) -> Option<Vec<u64>> {
+    let mut plans: Vec<Plan> = vec![(0, 0, Vec::new())];
+    for phase in phases {
+        let layers = || layers.iter().filter(|layer| layer.phase == *phase);
+        let mut limits: Vec<u64> = layers().flat_map(|l| &l.cuts).map(|(busy, _)| *busy).collect();
+        limits.sort_unstable();
+        limits.dedup();
+        let cores = |limit: &u64| {
+            let cuts = layers().map(|layer| layer.within(*limit));
+            cuts.map(|cut| cut.map(|cut| cut.cores)).sum::<Option<usize>>()
+        };
+        let steps: Vec<(usize, u64)> =
+            limits.iter().filter_map(|limit| Some((cores(limit)?, *limit))).collect();
+        let mut all: Vec<Plan> = Vec::new();
+        for (before, sum, limits) in &plans {
+            for (cores, limit) in steps.iter().filter(|(cores, _)| before + cores <= budget) {
+                let limits = limits.iter().copied().chain([*limit]).collect();
+                all.push((before + cores, sum + limit, limits));
+            }
+        }
+        // Fewest cores first, and more of them only for less to do.
+        all.sort_unstable();
+        plans = Vec::new();
+        for plan in all {
+            if plans.last().is_none_or(|last: &Plan| plan.1 < last.1) {
+                plans.push(plan);
+            }
+        }
+    }
+    plans.pop().map(|(_, _, limits)| limits)
 }
 
 #[cfg(test)]

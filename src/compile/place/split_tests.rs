@@ -1,3 +1,5 @@
+use proptest::prelude::*;
+
 use super::*;
 
 fn load(neurons: u64, shared: u64, each: u64) -> Load {
@@ -42,14 +44,12 @@ fn the_fullest_core_counts_and_no_core_is_empty() {
 }
 
 #[test]
-fn phases_are_served_by_what_they_gain_per_core() {
+fn phases_share_cores_so_that_both_together_last_the_least() {
     let later = |load: Load| Load { phase: 1, ..load };
-    let loads = [load(20, 100, 0), later(load(2, 100, 0)), later(load(2, 10, 0))];
-    assert_eq!(most(&loads, 4), [10, 2, 2]);
-    assert_eq!(most(&loads, 5), [10, 1, 2]);
     // In one phase the second layer gets none while the first has more to do.
     let loads = [load(20, 1000, 0), load(20, 300, 0)];
     assert_eq!(cores(&loads, 5), [4, 1]);
+    // In two, 1000 / 4 + 300 are more than 1000 * 7 / 20 + 300 / 2.
     let loads = [load(20, 1000, 0), later(load(20, 300, 0))];
     assert_eq!(cores(&loads, 5), [3, 2]);
 }
@@ -72,10 +72,47 @@ fn what_each_core_does_and_what_it_sends_counts() {
 }
 
 #[test]
-fn equal_layers_are_served_in_their_order() {
+fn cores_that_make_nothing_faster_are_left() {
     let loads = [load(8, 80, 0), load(8, 80, 0), load(8, 80, 0)];
-    assert_eq!(cores(&loads, 4), [2, 1, 1]);
-    assert_eq!(cores(&loads, 5), [2, 2, 1]);
+    assert_eq!(cores(&loads, 5), [1, 1, 1]);
+    assert_eq!(cores(&loads, 6), [2, 2, 2]);
+}
+
+proptest! {
+    /// Every other way to share out the cores lasts as long, or longer.
+    #[test]
+    fn no_way_lasts_less(
+        layers in prop::collection::vec((1u64..7, 0u64..500, 0u64..50, 0usize..2), 1..5),
+        budget in 0usize..12,
+    ) {
+        let of = |(neurons, shared, each, phase): &(u64, u64, u64, usize)| {
+            Load { phase: *phase, ..load(*neurons, *shared, *each) }
+        };
+        let loads: Vec<Load> = layers.iter().map(of).collect();
+        let budget = budget + loads.len();
+        let lasts = |most: &[usize]| {
+            let busiest = |phase: usize| {
+                let layers = loads.iter().zip(most).filter(|(load, _)| load.phase == phase);
+                layers.map(|(load, most)| load.busy(*most, &vec![1; loads.len()])).max()
+            };
+            busiest(0).unwrap_or(0) + busiest(1).unwrap_or(0)
+        };
+        let cores = |most: &[usize]| -> usize {
+            loads.iter().zip(most).map(|(load, most)| (load.neurons as usize).div_ceil(*most)).sum()
+        };
+        let found = most(&loads, budget);
+        prop_assert!(cores(&found) <= budget);
+        let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+        for load in &loads {
+            let longer = |most: &Vec<usize>| {
+                let most = most.clone();
+                (1..=load.neurons as usize).map(move |n| [most.clone(), vec![n]].concat())
+            };
+            all = all.iter().flat_map(longer).collect();
+        }
+        let best = all.iter().filter(|most| cores(most) <= budget).map(|most| lasts(most)).min();
+        prop_assert_eq!(Some(lasts(&found)), best);
+    }
 }
 
 #[test]

@@ -235,7 +235,7 @@ fn cores_that_are_asked_for_make_decisions_faster_and_change_no_flight() {
     };
     let fewest = cores_and_time("");
     let more = cores_and_time("--cores 40");
-    let same_by_neurons = cores_and_time("--neurons-per-core 22");
+    let same_by_neurons = cores_and_time("--neurons-per-core 20");
     let numbers = [&fewest, &more, &same_by_neurons].map(|(cores, time, _)| (*cores, *time));
     assert!(fewest.0 < 10 && (35..=40).contains(&more.0), "{numbers:?}");
     assert!(same_by_neurons.0 >= more.0, "{numbers:?}");

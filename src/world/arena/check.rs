@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Arena, ArenaError, HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, OBSTACLES_MAX, Obstacle,
-    ObstacleError, TRACK_OVERLAP_M_MAX,
+    Arena, ArenaError, HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, NAME_LEN_MAX, OBSTACLES_MAX,
+    Obstacle, ObstacleError, TRACK_OVERLAP_M_MAX,
 };
 use crate::world::geometry::COORDINATE_M_MAX;
 use crate::world::mover::Mover;
@@ -47,6 +47,9 @@ fn axis(file: &str, axis: &'static str, min: f64, max: f64) -> Result<(), ArenaE
 }
 
 fn names(arena: &Arena, file: &str) -> Result<(), ArenaError> {
+    fits("arena", &arena.name, file)?;
+    arena.obstacles.iter().try_for_each(|obstacle| fits("obstacle", &obstacle.name, file))?;
+    arena.movers.iter().try_for_each(|mover| fits("mover", &mover.name, file))?;
     let obstacles = arena.obstacles.iter().map(|obstacle| &obstacle.name);
     let mut seen = BTreeSet::new();
     for name in obstacles.chain(arena.movers.iter().map(|mover| &mover.name)) {
@@ -55,6 +58,14 @@ fn names(arena: &Arena, file: &str) -> Result<(), ArenaError> {
         }
     }
     Ok(())
+}
+
+/// A name is a cell of a table and a part of a line.
+fn fits(what: &'static str, name: &str, file: &str) -> Result<(), ArenaError> {
+    if (1..=NAME_LEN_MAX).contains(&name.len()) && !name.chars().any(char::is_control) {
+        return Ok(());
+    }
+    Err(ArenaError::Name { file: file.to_owned(), what, name: name.to_owned() })
 }
 
 fn heights(arena: &Arena, file: &str) -> Result<(), ArenaError> {

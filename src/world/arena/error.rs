@@ -1,6 +1,8 @@
 //! Why an arena was refused.
 
-use super::{HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, OBSTACLES_MAX, TRACK_OVERLAP_M_MAX};
+use super::{
+    HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, NAME_LEN_MAX, OBSTACLES_MAX, TRACK_OVERLAP_M_MAX,
+};
 use crate::world::bounded_file::FILE_BYTES_MAX;
 use crate::world::geometry::{COORDINATE_M_MAX, ShapeError};
 use crate::world::mover::MoverError;
@@ -99,6 +101,19 @@ pub enum ArenaError {
         file: String,
         /// Movers there are.
         n: usize,
+    },
+    /// A name that no table can show.
+    #[error(
+        "{file}: {what}: name {name:?}, must be 1..={limit} characters on one line; rename it",
+        limit = NAME_LEN_MAX
+    )]
+    Name {
+        /// File.
+        file: String,
+        /// What has the name.
+        what: &'static str,
+        /// The name.
+        name: String,
     },
     /// Two things of the same name.
     #[error("{file}: two things are called {name:?}; rename one")]

@@ -30,6 +30,21 @@ fn a_file_without_name_is_called_after_the_file() {
 }
 
 #[test]
+fn names_that_no_table_can_show_are_refused() {
+    let named = |text: String| read(&text).unwrap_err().to_string();
+    let rest = "must be 1..=256 characters on one line; rename it";
+    let arena = named(format!(r#"{{"name": "a\nb", {FRAME}}}"#));
+    assert_eq!(arena, format!(r#"dir/yard.json: arena: name "a\nb", {rest}"#));
+    let long = "x".repeat(257);
+    let disc = r#""height": 1, "shape": "cylinder", "x": 0, "y": 0, "radius": 1"#;
+    let obstacle = refuse("obstacles", &format!(r#"{{"name": "{long}", {disc}}}"#));
+    assert_eq!(obstacle, format!(r#"dir/yard.json: obstacle: name "{long}", {rest}"#));
+    let mover =
+        r#"{"name": "", "radius": 0.2, "height": 1, "x": 0, "y": 0, "to": [2, 0], "speed": 1}"#;
+    assert_eq!(refuse("movers", mover), format!(r#"dir/yard.json: mover: name "", {rest}"#));
+}
+
+#[test]
 fn a_missing_file_is_named_with_the_built_in_arenas() {
     let message = Arena::open("no/such.json").unwrap_err().to_string();
     assert!(message.starts_with("no/such.json: cannot be read: "), "{message}");

@@ -88,6 +88,10 @@ pub(super) fn run(args: &CameraArgs) -> Result<Verdict, Failure> {
     }
     if let Some(folder) = &args.frames {
         say(format_args!("wrote {} pictures to {}", drive.n_written, folder.display()))?;
+        let others = others(folder, drive.n_written);
+        if others > 0 {
+            say(format_args!("{others} more there are of an earlier, longer run"))?;
+        }
     }
     if let Some(path) = &args.json {
         output::write(
@@ -266,8 +270,24 @@ impl<'a> Drive<'a> {
 }
 
 fn write_picture(folder: &Path, number: usize, panels: &[Panel]) -> Result<(), Failure> {
-    let path = folder.join(format!("tick_{number:05}.png"));
+    let path = folder.join(picture_name(number));
     Ok(spikeloop::files::write_atomically(&path, &png_of_panels(panels)?)?)
+}
+
+fn picture_name(number: usize) -> String {
+    format!("tick_{number:05}.png")
+}
+
+/// Pictures in `folder` from number `first` on.
+fn others(folder: &Path, first: usize) -> usize {
+    let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
+    let is_other = |name: &str| {
+        let number = name.strip_prefix("tick_").and_then(|name| name.strip_suffix(".png"));
+        let number = number.and_then(|number| number.parse().ok());
+        number.is_some_and(|number| number >= first && picture_name(number) == name)
+    };
+    let names = entries.flatten().map(|entry| entry.file_name());
+    names.filter(|name| name.to_str().is_some_and(is_other)).count()
 }
 
 fn summary_table(summaries: &[Option<Summary>]) -> String {

@@ -285,8 +285,15 @@ fn an_encoder_watches_what_the_camera_sees() {
     let width = u32::from_be_bytes(png[16..20].try_into().unwrap());
     // The view, five frames and the reconstruction, three pixels for one, gaps of two.
     assert_eq!(width, 3 * (7 * 128 + 6 * 2));
-    folder.good("camera --seconds 1 --arena courtyard-moving --frames g --json d.json");
+    let ran = folder.good("camera --seconds 1 --arena courtyard-moving --frames g --json d.json");
     assert!(folder.json("d.json")["encoder"].is_null());
+    assert!(ran.out.contains("wrote 20 pictures to g\n") && !ran.out.contains("more there"));
+    // Of pictures that a longer run left there, it is said that they are none of this one's.
+    for name in ["tick_00020.png", "tick_00021.png", "tick_21.png", "tick_00022.svg"] {
+        folder.write(&format!("g/{name}"), b"old");
+    }
+    let ran = folder.good("camera --seconds 1 --arena courtyard-moving --frames g");
+    assert!(ran.out.contains("2 more there are of an earlier, longer run\n"), "{}", ran.out);
 }
 
 #[test]

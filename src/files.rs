@@ -11,6 +11,14 @@ use thiserror::Error;
 /// Largest text or weights file that is read.
 pub const FILE_BYTES_MAX: u64 = 1 << 30;
 
+/// Longest name in a file, bytes.
+pub const NAME_LEN_MAX: usize = 256;
+
+/// Whether a table can show `name`: 1..=[`NAME_LEN_MAX`] characters on one line.
+pub fn fits_a_line(name: &str) -> bool {
+    (1..=NAME_LEN_MAX).contains(&name.len()) && !name.chars().any(char::is_control)
+}
+
 /// A file that cannot be read.
 #[derive(Debug, Error)]
 pub enum FileError {

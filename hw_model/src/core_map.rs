@@ -125,6 +125,14 @@ impl Population {
         self.len() == 0
     }
 
+    /// Cores that it lies on, sorted.
+    pub fn cores(&self) -> Vec<CoreId> {
+        let mut cores: Vec<CoreId> = self.slices.iter().map(|slice| slice.core).collect();
+        cores.sort_unstable();
+        cores.dedup();
+        cores
+    }
+
     /// Number of the neuron that lies on `compartment` of `core`; `None` where none of this
     /// population does.
     pub fn neuron_at(&self, core: CoreId, compartment: CompartmentIdx) -> Option<usize> {

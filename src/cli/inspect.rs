@@ -11,7 +11,7 @@ use spikeloop::files;
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::report::activity::CoreActivity;
 use spikeloop::report::chip_picture::chip_picture;
-use spikeloop::report::chip_plan::{ChipPlan, cores_of};
+use spikeloop::report::chip_plan::ChipPlan;
 use spikeloop::report::tables::plain;
 
 use crate::cli::args::InspectArgs;
@@ -58,8 +58,8 @@ fn layers(map: &CoreMap) -> String {
     let of_cores = map.utilization();
     let mut table =
         plain(&["layer", "neurons", "on cores", "stored synapses", "synapse words", "in axons"]);
-    for (index, population) in map.populations().iter().enumerate() {
-        let cores = cores_of(map, index);
+    for population in map.populations() {
+        let cores = population.cores();
         let sum = |of: fn(&hw_model::core_map::CoreUse) -> u64| -> String {
             cores.iter().map(|core| of(&of_cores[core.index()])).sum::<u64>().to_string()
         };

@@ -111,6 +111,12 @@ impl Signs {
 }
 
 impl IntegerGraph {
+    /// Whether a population is a picture: there is a convolution onto it.
+    pub fn is_picture(&self, population: usize) -> bool {
+        let mut onto = self.projections.iter().filter(|p| p.target == population);
+        onto.any(|p| matches!(p.mantissas, Mantissas::Conv(..)))
+    }
+
     /// Number of lines or neurons of a source.
     pub fn source_len(&self, source: Source) -> usize {
         match source {

@@ -49,11 +49,16 @@ pub fn spread(
     cores: usize,
     work: impl FnOnce(CoreMap) -> Vec<LayerWork>,
 ) -> Result<CoreMap, CompileError> {
-    let mut placer = Placer::new(graph, chip, usize::MAX)?;
-    placer.check_asked(cores)?;
-    let work = work(CoreMap::new(placer.clone().build())?);
-    placer.spread(cores, &work)?;
-    Ok(CoreMap::new(placer.build())?)
+    let fewest = Placer::new(graph, chip, usize::MAX)?;
+    fewest.check_asked(cores)?;
+    let map = CoreMap::new(fewest.clone().build())?;
+    if map.cores().len() == cores {
+        return Ok(map);
+    }
+    match fewest.spread(cores, &work(map.clone())) {
+        Some(placer) => Ok(CoreMap::new(placer.build())?),
+        None => Ok(map),
+    }
 }
 
 #[derive(Clone)]
@@ -113,36 +118,35 @@ impl<'a> Placer<'a> {
         Ok(())
     }
 
-    /// Splits what lies on as few cores as can be over `cores` of them.
-    fn spread(&mut self, cores: usize, work: &[LayerWork]) -> Result<(), CompileError> {
-        let counts = |parts: &[Vec<Part>]| parts.iter().map(Vec::len).collect::<Vec<_>>();
-        let fewest = counts(&self.parts);
+    /// What lies on as few cores as can be, split over more of them, `cores` at most; `None` where that
+    /// cannot be.
+    fn spread(&self, cores: usize, work: &[LayerWork]) -> Option<Self> {
+        let fewest: Vec<usize> = self.parts.iter().map(Vec::len).collect();
         let needed = fewest.iter().sum();
         let loads = Load::measured(self.graph, self.chip, work, &fewest);
         let layers = self.shapes.iter().zip(&fewest).enumerate();
-        let cuts =
-            layers.map(|(population, (shape, fewest))| self.cuts(population, *shape, *fewest));
-        let cuts: Vec<Vec<Cut>> = cuts.collect();
+        let cuts: Vec<Vec<Cut>> = layers.map(|(p, (shape, n))| self.cuts(p, *shape, *n)).collect();
+        let mut placer = self.clone();
         let mut budget = cores;
         while budget > needed {
-            self.neurons_per_core_max = share_out(&loads, &cuts, budget);
-            let placed = self.partition_all().map(|()| counts(&self.parts).iter().sum::<usize>());
+            placer.neurons_per_core_max = share_out(&loads, &cuts, budget);
+            let placed = placer.partition_all();
+            let taken: usize = placer.parts.iter().map(Vec::len).sum();
             match placed {
-                Ok(taken) if taken <= cores => return Ok(()),
+                Ok(()) if taken <= cores => return Some(placer),
                 // More parts of a layer than its share: its axons fan out to too many cores, or there
                 // are no tiles of that size.
-                Ok(taken) => budget = budget.saturating_sub(taken - cores),
+                Ok(()) => budget = budget.saturating_sub(taken - cores),
                 Err(_) => budget -= 1,
             }
         }
-        self.neurons_per_core_max.fill(usize::MAX);
-        self.partition_all()
+        None
     }
 
     /// Ways to cut a population over at least `fewest` cores, as far as its neurons go.
     fn cuts(&self, population: usize, shape: Shape, fewest: usize) -> Vec<Cut> {
         let (neurons, limit) = (shape.neurons(), self.chip.limits.cores as usize);
-        if !self.is_picture(population) {
+        if !self.graph.is_picture(population) {
             let cut = |cores: usize| Cut { most: neurons.div_ceil(cores), cores };
             return useful((fewest.max(1)..=neurons.clamp(fewest.max(1), limit)).map(cut));
         }
@@ -152,14 +156,8 @@ impl<'a> Placer<'a> {
         useful(tilings.iter().map(cut).filter(|cut| cut.cores >= fewest))
     }
 
-    /// Whether a population has a convolution onto it.
-    fn is_picture(&self, population: usize) -> bool {
-        let mut onto = self.graph.projections.iter().filter(|p| p.target == population);
-        onto.any(|p| matches!(p.mantissas, Mantissas::Conv(..)))
-    }
-
     fn partition(&self, population: usize) -> Result<Vec<Part>, CompileError> {
-        if self.is_picture(population) {
+        if self.graph.is_picture(population) {
             self.partition_picture(population)
         } else {
             self.partition_range(population)

@@ -154,7 +154,7 @@ fn a_network_without_a_host_program_is_spread_by_a_run_on_random_spikes() {
     };
     let cores = |split| {
         let deployment = Deployment::of_integers(net.clone(), &ChipSpec::loihi1(), split).unwrap();
-        let on = |population| crate::host::work::cores_of(&deployment.map, population).len();
+        let on = |population: usize| deployment.map.populations()[population].cores().len();
         [on(0), on(1)]
     };
     assert_eq!(cores(Split::Fewest), [1, 1]);

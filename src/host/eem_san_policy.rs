@@ -1,6 +1,7 @@
 //! EEM-SAN on the emulated chip, as a driver.
 
 use hw_model::compartment::{CompartmentParams, CompartmentState, Widths, voltage_before_reset};
+use hw_model::core_map::Population;
 use hw_model::engine::{SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::{CoreMap, Engine, OpCounts};
@@ -12,7 +13,6 @@ use crate::host::eem_san_program::{
     CodedPort, EemSanProgram, EncoderPhase, Injected, Schedule, Window,
 };
 use crate::host::watch::spikes_by_step;
-use crate::host::work::cores_of;
 use crate::policy::{Action, EventFrame, Observation, Policy};
 use crate::rng::{Streams, stream};
 
@@ -68,7 +68,7 @@ impl EemSanChipPolicy {
         let program = deployment.eem_san.clone()?;
         let map = engine.map();
         Some(Self {
-            cores: (0..map.populations().len()).map(|p| cores_of(map, p)).collect(),
+            cores: map.populations().iter().map(Population::cores).collect(),
             latent: latent_sites(map, &program),
             widths: Widths::new(&map.chip().arithmetic),
             held: vec![false; map.cores().len()],

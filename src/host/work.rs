@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use hw_model::core_map::Population;
 use hw_model::engine::{Engine, SpikeRecord, Stimulus};
-use hw_model::id::CoreId;
 use hw_model::{CoreMap, EventEngine, OpCounts};
 
 use crate::compile::place::LayerWork;
@@ -28,13 +28,13 @@ const INPUT_RATE: f64 = 0.2;
 pub(super) fn of_populations(deployment: &Deployment) -> Vec<LayerWork> {
     let map = &deployment.map;
     let engine: Box<dyn Engine> = Box::new(EventEngine::new(Arc::clone(map)));
+    let takes_frames = deployment.takes_frames();
     let by_core = if deployment.program.is_some() {
         let mut policy = ChipPolicy::new(deployment, engine).expect("there is a program");
-        decide(&mut policy, false);
+        decide(&mut policy, takes_frames);
         policy.chip_use().by_core
     } else if deployment.eem_san.is_some() {
         let mut policy = EemSanChipPolicy::new(deployment, engine).expect("there is a program");
-        let takes_frames = policy.takes_frames();
         decide(&mut policy, takes_frames);
         policy.chip_use().by_core
     } else {
@@ -44,13 +44,12 @@ pub(super) fn of_populations(deployment: &Deployment) -> Vec<LayerWork> {
     let held = deployment.eem_san.as_ref().filter(|p| p.schedule != Schedule::Streaming);
     let encoder = held.and_then(|program| program.encoder.as_ref());
     let encoder = encoder.map_or(&[][..], |phase| &phase.layers);
-    let of_population = |population| {
-        let cores = cores_of(map, population);
-        let counts = OpCounts::total(cores.iter().map(|core| &by_core[core.index()]));
-        let encodes = encoder.iter().any(|window| window.population as usize == population);
-        LayerWork { counts, phase: usize::from(!encodes) }
+    let of_population = |(index, population): (usize, &Population)| {
+        let counts = population.cores().into_iter().map(|core| &by_core[core.index()]);
+        let encodes = encoder.iter().any(|window| window.population as usize == index);
+        LayerWork { counts: OpCounts::total(counts), phase: usize::from(!encodes) }
     };
-    (0..map.populations().len()).map(of_population).collect()
+    map.populations().iter().enumerate().map(of_population).collect()
 }
 
 fn decide(policy: &mut dyn Policy, takes_frames: bool) {
@@ -77,13 +76,4 @@ fn run(map: &CoreMap, mut engine: Box<dyn Engine>) -> Vec<OpCounts> {
     let stimulus = Stimulus::new(map, DECISIONS as usize, spikes).expect("lines of the map");
     engine.run(&stimulus, &mut SpikeRecord::none());
     engine.core_counts()
-}
-
-/// Cores that a population lies on.
-pub(super) fn cores_of(map: &CoreMap, population: usize) -> Vec<CoreId> {
-    let slices = map.populations()[population].slices.iter();
-    let mut cores: Vec<CoreId> = slices.map(|slice| slice.core).collect();
-    cores.sort_unstable();
-    cores.dedup();
-    cores
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use crate::files;
+use crate::files::{self, NAME_LEN_MAX, fits_a_line};
 use crate::net::encoder::{RATE_INPUTS, RateEncoder};
 use crate::net::error::NetError;
 use crate::net::network::{Layer, Network, RELAY_NAMES};
@@ -17,8 +17,6 @@ const RATE_OUTPUTS: usize = 2;
 const NEURONS_MAX: usize = 1 << 20;
 const STEPS_MAX: u32 = 1 << 12;
 const LAYERS_MAX: usize = 256;
-/// Longest name of a network, in bytes.
-pub(super) const NAME_LEN_MAX: usize = 256;
 
 /// A description file as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -125,7 +123,7 @@ fn check(file: &str, d: &Description) -> Result<(), NetError> {
     if !(1..=STEPS_MAX).contains(&d.steps) {
         return Err(value("header", "steps", d.steps.to_string(), &format!("1..={STEPS_MAX}")));
     }
-    if !(1..=NAME_LEN_MAX).contains(&d.name.len()) || d.name.chars().any(char::is_control) {
+    if !fits_a_line(&d.name) {
         let limit = format!("1..={NAME_LEN_MAX} characters on one line");
         return Err(value("header", "name", format!("{:?}", d.name), &limit));
     }

@@ -13,8 +13,8 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use crate::files::{NAME_LEN_MAX, fits_a_line};
 use crate::net::conv2d::{Conv2d, Shape};
-use crate::net::description::NAME_LEN_MAX;
 use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
 
@@ -234,7 +234,7 @@ fn check_names(form: &FileForm) -> Result<(), String> {
     let projections = form.projections.iter().map(|p| ("projection", &p.name));
     for (what, name) in [("the file", &form.name)].into_iter().chain(populations).chain(projections)
     {
-        if !(1..=NAME_LEN_MAX).contains(&name.len()) || name.chars().any(char::is_control) {
+        if !fits_a_line(name) {
             return Err(format!(
                 "{what}: name {name:?}, must be 1..={NAME_LEN_MAX} characters on one line"
             ));

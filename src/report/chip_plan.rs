@@ -3,7 +3,6 @@
 use comfy_table::Table;
 use hw_model::CoreMap;
 use hw_model::core_map::{CoreUse, Usage};
-use hw_model::id::CoreId;
 use hw_model::spec::Mesh;
 use serde::{Deserialize, Serialize};
 
@@ -55,10 +54,10 @@ impl ChipPlan {
 
     /// Plan of a core map with the names of its network and quantization policy.
     pub fn of_map(network: &str, policy: &str, map: &CoreMap) -> Self {
-        let layer = |(index, population): (usize, &hw_model::core_map::Population)| PlannedLayer {
+        let layer = |population: &hw_model::core_map::Population| PlannedLayer {
             name: population.name.clone(),
             neurons: population.len() as u64,
-            cores: cores_of(map, index).len() as u64,
+            cores: population.cores().len() as u64,
         };
         Self {
             network: network.to_owned(),
@@ -68,7 +67,7 @@ impl ChipPlan {
             mesh: map.chip().mesh.clone(),
             cores: map.core_usage(),
             utilization: map.utilization(),
-            populations: map.populations().iter().enumerate().map(layer).collect(),
+            populations: map.populations().iter().map(layer).collect(),
             layer_of_core: layer_of_core(map),
         }
     }
@@ -132,13 +131,4 @@ fn layer_of_core(map: &CoreMap) -> Vec<Option<usize>> {
         }
     }
     most.into_iter().map(|(_, layer)| layer).collect()
-}
-
-/// Cores on which population number `population` lies, sorted.
-pub fn cores_of(map: &CoreMap, population: usize) -> Vec<CoreId> {
-    let mut cores: Vec<CoreId> =
-        map.populations()[population].slices.iter().map(|slice| slice.core).collect();
-    cores.sort_unstable();
-    cores.dedup();
-    cores
 }

@@ -22,9 +22,6 @@ pub const OBSTACLES_MAX: usize = 1000;
 /// Most movers of one arena.
 pub const MOVERS_MAX: usize = 100;
 
-/// Longest name of an arena or of a thing in it, bytes.
-pub const NAME_LEN_MAX: usize = 256;
-
 /// Lowest obstacle or mover: the laser's scan plane must meet it.
 pub const HEIGHT_M_MIN: f64 = super::laser::LASER_HEIGHT_M;
 

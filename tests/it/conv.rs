@@ -425,9 +425,8 @@ fn an_encoder_of_102464_neurons_and_a_decision_module_fit_one_chip() {
     let map = place(&encoder_and_decision(), &ChipSpec::loihi1(), None).unwrap();
     let convolutions: usize = map.populations()[..4].iter().map(|p| p.len()).sum();
     assert_eq!(convolutions, 102_464);
-    let cores = |index| spikeloop::report::chip_plan::cores_of(&map, index).len();
     let by_layer: Vec<(&str, usize)> =
-        map.populations().iter().enumerate().map(|(i, p)| (&*p.name, cores(i))).collect();
+        map.populations().iter().map(|p| (&*p.name, p.cores().len())).collect();
     println!("{} cores of 128: {by_layer:?}", map.cores().len());
     // The last layer sees 4096 neurons and a bias line: one axon more than a core has.
     assert_eq!(by_layer[..4], [("c1", 64), ("c2", 32), ("c3", 16), ("c4", 2)]);

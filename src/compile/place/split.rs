@@ -8,7 +8,7 @@
 use hw_model::cost::CostTable;
 use hw_model::{ChipSpec, OpCounts};
 
-use crate::compile::graph::{IntegerGraph, Mantissas, Source};
+use crate::compile::graph::{IntegerGraph, Source};
 
 /// How the layers of a network are split over cores.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -60,27 +60,26 @@ impl Load {
             chip.cost_tables.iter().map(of_table).sum::<u64>()
         };
         let load = |(population, (work, cores)): (usize, (&LayerWork, &usize))| {
-            let (phase, work) = (work.phase, &work.counts);
-            let mut onto = graph.projections.iter().filter(|p| p.target == population);
+            let LayerWork { counts, phase } = *work;
+            let none = OpCounts::default();
+            let arrived = price(&OpCounts { axon_deliveries: counts.axon_deliveries, ..none });
+            let sent = price(&OpCounts { messages: counts.updates_spiking, ..none });
+            let own = match price(&OpCounts { axon_deliveries: 0, messages: 0, ..counts }) {
+                0 => counts.synaptic_ops() + counts.compartment_updates(),
+                priced => priced,
+            };
             // A core of a picture gets the inputs of its tile, one of another layer all of them.
-            let is_picture = onto.any(|p| matches!(p.mantissas, Mantissas::Conv(..)));
-            let own = OpCounts { axon_deliveries: 0, messages: 0, ..*work };
-            let arrived =
-                price(&OpCounts { axon_deliveries: work.axon_deliveries, ..OpCounts::default() });
-            let sent = OpCounts { messages: work.updates_spiking, ..OpCounts::default() };
+            let (shared, each) = match graph.is_picture(population) {
+                true => (own + arrived, 0),
+                false => (own, arrived / (*cores).max(1) as u64),
+            };
             let from = Source::Population(population);
             let from = graph.projections.iter().filter(|p| p.sources.contains(&from));
             let mut targets: Vec<usize> = from.map(|projection| projection.target).collect();
             targets.sort_unstable();
             targets.dedup();
-            let operations = work.synaptic_ops() + work.compartment_updates();
-            let own = if price(&own) > 0 { price(&own) } else { operations };
-            let (shared, each) = match is_picture {
-                true => (own + arrived, 0),
-                false => (own, arrived / (*cores).max(1) as u64),
-            };
             let neurons = graph.populations[population].neurons as u64;
-            Self { neurons, phase, shared, each, per_target: price(&sent), targets }
+            Self { neurons, phase, shared, each, per_target: sent, targets }
         };
         work.iter().zip(cores).enumerate().map(load).collect()
     }

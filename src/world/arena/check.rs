@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Arena, ArenaError, HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, NAME_LEN_MAX, OBSTACLES_MAX,
-    Obstacle, ObstacleError, TRACK_OVERLAP_M_MAX,
+    Arena, ArenaError, HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, OBSTACLES_MAX, Obstacle,
+    ObstacleError, TRACK_OVERLAP_M_MAX,
 };
+use crate::files::fits_a_line;
 use crate::world::geometry::COORDINATE_M_MAX;
 use crate::world::mover::Mover;
 
@@ -47,9 +48,9 @@ fn axis(file: &str, axis: &'static str, min: f64, max: f64) -> Result<(), ArenaE
 }
 
 fn names(arena: &Arena, file: &str) -> Result<(), ArenaError> {
-    fits("arena", &arena.name, file)?;
-    arena.obstacles.iter().try_for_each(|obstacle| fits("obstacle", &obstacle.name, file))?;
-    arena.movers.iter().try_for_each(|mover| fits("mover", &mover.name, file))?;
+    shown("arena", &arena.name, file)?;
+    arena.obstacles.iter().try_for_each(|obstacle| shown("obstacle", &obstacle.name, file))?;
+    arena.movers.iter().try_for_each(|mover| shown("mover", &mover.name, file))?;
     let obstacles = arena.obstacles.iter().map(|obstacle| &obstacle.name);
     let mut seen = BTreeSet::new();
     for name in obstacles.chain(arena.movers.iter().map(|mover| &mover.name)) {
@@ -61,8 +62,8 @@ fn names(arena: &Arena, file: &str) -> Result<(), ArenaError> {
 }
 
 /// A name is a cell of a table and a part of a line.
-fn fits(what: &'static str, name: &str, file: &str) -> Result<(), ArenaError> {
-    if (1..=NAME_LEN_MAX).contains(&name.len()) && !name.chars().any(char::is_control) {
+fn shown(what: &'static str, name: &str, file: &str) -> Result<(), ArenaError> {
+    if fits_a_line(name) {
         return Ok(());
     }
     Err(ArenaError::Name { file: file.to_owned(), what, name: name.to_owned() })

@@ -1,8 +1,7 @@
 //! Why an arena was refused.
 
-use super::{
-    HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, NAME_LEN_MAX, OBSTACLES_MAX, TRACK_OVERLAP_M_MAX,
-};
+use super::{HEIGHT_M_MAX, HEIGHT_M_MIN, MOVERS_MAX, OBSTACLES_MAX, TRACK_OVERLAP_M_MAX};
+use crate::files::NAME_LEN_MAX;
 use crate::world::bounded_file::FILE_BYTES_MAX;
 use crate::world::geometry::{COORDINATE_M_MAX, ShapeError};
 use crate::world::mover::MoverError;

@@ -1,6 +1,6 @@
 //! Reading and writing files without surprises.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -29,6 +29,12 @@ pub enum FileError {
         file: String,
         /// The reason.
         source: io::Error,
+    },
+    /// Another process writes there.
+    #[error("{folder}: another run writes there; wait for its end, or give another folder")]
+    Taken {
+        /// The folder.
+        folder: String,
     },
     /// Larger than anything this program handles.
     #[error("{file}: more than {limit} bytes; this program reads files up to that size")]
@@ -96,6 +102,43 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError>
     }
 }
 
+/// Does `work`, which reads and writes the file at `path` anew, while no other process does so with a file
+/// of the same folder. Where the system cannot lock folders, nothing is locked.
+pub fn in_turn<T>(path: &Path, work: impl FnOnce() -> T) -> T {
+    let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let lock = File::open(folder.unwrap_or(Path::new(".")));
+    let locked = lock.as_ref().is_ok_and(|lock| lock.lock().is_ok());
+    let done = work();
+    if locked && let Ok(lock) = lock {
+        // It ends with the file at the latest.
+        let _ = lock.unlock();
+    }
+    done
+}
+
+/// A folder that no other process can have until this is dropped.
+#[derive(Debug)]
+pub struct OwnFolder {
+    _lock: Option<File>,
+}
+
+impl OwnFolder {
+    /// Takes the folder at `path`. Where the system cannot lock folders, nothing is locked.
+    ///
+    /// Errors: another process has it.
+    pub fn take(path: &Path) -> Result<Self, FileError> {
+        let Ok(lock) = File::open(path) else { return Ok(Self { _lock: None }) };
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                Err(FileError::Taken { folder: path.display().to_string() })
+            }
+            Ok(()) => Ok(Self { _lock: Some(lock) }),
+            Err(TryLockError::Error(_)) => Ok(Self { _lock: None }),
+        }
+    }
+}
+
 /// Finds out before a long run whether [`write_atomically`] could write there after it.
 ///
 /// Errors: what the operating system says.
@@ -138,3 +181,7 @@ fn target(path: &Path) -> io::Result<Target> {
 fn write_error(path: &Path, source: io::Error) -> ContainerError {
     ContainerError::Io { file: path.display().to_string(), action: "write", source }
 }
+
+#[cfg(test)]
+#[path = "files_tests.rs"]
+mod tests;

@@ -46,7 +46,16 @@ pub enum GoldenError {
         /// What stands there.
         found: String,
         /// What should.
-        expected: &'static str,
+        expected: String,
+    },
+    /// Neither of a chip nor of a network nor of a loop.
+    #[error(
+        "{file}: no line `chip NAME`, `network NAME` or `loop NAME`, one of which says what is traced; \
+         see traces/README.md"
+    )]
+    NoKind {
+        /// The file.
+        file: String,
     },
     /// The network of a trace cannot be had.
     #[error("{file}: {source}")]

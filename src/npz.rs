@@ -12,8 +12,9 @@ use crate::files::{self, FileError};
 const ELEMENTS_MAX: u64 = 1 << 26;
 /// Longest header of an array, as in NumPy.
 const HEADER_BYTES_MAX: usize = 10_000;
-/// Most brackets in a header: the reader's stack goes as deep as they nest.
-const BRACKETS_MAX: usize = 64;
+/// Most brackets in a header: an array of numbers has two, and the reader's time is exponential in how
+/// deep they nest.
+const BRACKETS_MAX: usize = 6;
 
 /// An npz file that cannot be used.
 #[derive(Debug, Error)]
@@ -98,7 +99,9 @@ impl Npz {
 
     /// The unpacked bytes of an array.
     fn entry(&mut self, name: &str) -> Result<Vec<u8>, String> {
-        let names = self.names();
+        let mut names = self.names();
+        names.truncate(12);
+        let names = if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
         let mut entry = match self.archive.by_name(&format!("{name}.npy")) {
             Ok(entry) => entry,
             Err(zip::result::ZipError::FileNotFound) => {
@@ -115,12 +118,12 @@ impl Npz {
         Ok(bytes)
     }
 
-    fn names(&self) -> String {
-        let mut names: Vec<&str> =
-            self.archive.file_names().filter_map(|name| name.strip_suffix(".npy")).collect();
+    /// Names of the arrays, sorted.
+    pub fn names(&self) -> Vec<String> {
+        let arrays = self.archive.file_names().filter_map(|name| name.strip_suffix(".npy"));
+        let mut names: Vec<String> = arrays.map(str::to_owned).collect();
         names.sort_unstable();
-        names.truncate(12);
-        if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+        names
     }
 }
 

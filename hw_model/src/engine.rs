@@ -27,6 +27,7 @@ mod event;
 mod lanes;
 mod plan;
 mod record;
+mod slowest;
 mod stimulus;
 
 pub use dense::DenseEngine;
@@ -56,6 +57,12 @@ pub trait Engine: Send {
 
     /// Modelled chip time so far in picoseconds, one value for each cost table of the chip.
     fn chip_time_ps(&self) -> &[u64];
+
+    /// The part of it in which each core was the one that the step waited for, without barriers.
+    ///
+    /// Shape: [cores, cost tables]. Of cores equally slow it is the first. For each table the sum over
+    /// cores and the barriers are [`Engine::chip_time_ps`].
+    fn slowest_ps(&self) -> &[u64];
 
     /// The management processor clears all state and all spikes under way; counted. Held cores
     /// stay held.
@@ -90,13 +97,6 @@ fn check_faults(map: &CoreMap, now: u64, faults: &Faults) {
         last.is_none_or(|core| core.index() < cores),
         "core {last:?} of {cores} cannot be dead"
     );
-}
-
-/// Adds what the slowest core and the barrier take to the chip's time.
-fn add_step_time(times: &mut [u64], slowest: &[u64], barriers: &[u64]) {
-    for ((time, slowest), barrier) in times.iter_mut().zip(slowest).zip(barriers) {
-        *time += slowest + barrier;
-    }
 }
 
 /// Barrier durations of a map, one for each cost table.

@@ -74,8 +74,9 @@ pub(super) fn run(args: &AgreeArgs) -> Result<Verdict, Failure> {
     let writes = used.counts.management_writes as f64 / used.decisions.max(1) as f64;
     say(format_args!("{writes:.1} register writes per tick to hold cores, {lost} spikes lost"))?;
     if let Some(path) = &args.json {
-        let names = [REVISION, &args.network, &map.1, &deployment.policy, &args.arena];
-        let result = AgreementResult::new(names, args.v_max, args.seed, trials, &comparison);
+        let names = [REVISION, &args.network, &deployment.policy, &args.arena];
+        let map = &deployment.map;
+        let result = AgreementResult::new(names, map, args.v_max, args.seed, trials, &comparison);
         output::write(path, &serde_json::to_vec_pretty(&result)?)?;
     }
     Ok(Verdict::Good)

@@ -283,8 +283,9 @@ pub(super) struct InspectArgs {
     /// Draw the chip, its cores coloured by layer and by use of synapse memory
     #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["json", "dump"])]
     pub(super) picture: Option<PathBuf>,
-    /// Colour it by what the cores did as well: result of `run`, `drive` or `agree --json`
-    #[arg(long, value_name = "RESULT.json", requires = "picture")]
+    /// Say what the layers did, and which of them steps waited for, and colour the picture by it as well:
+    /// result of `run`, `drive` or `agree --json`
+    #[arg(long, value_name = "RESULT.json", conflicts_with_all = ["json", "dump"])]
     pub(super) activity: Option<PathBuf>,
 }
 

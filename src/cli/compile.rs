@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use spikeloop::compile::{Policy, Split, open_chip};
+use spikeloop::compile::{CompileError, Policy, Split, open_chip};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, builtin, integer};
 
@@ -22,6 +22,13 @@ pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
         say(format_args!("layer {layer}: {scale:.3} mantissas per unit"))?;
     }
     say(inspect::table(&deployment))?;
+    let taken = deployment.map.core_usage().used;
+    if let Some(asked) = args.cores.filter(|asked| *asked as u64 > taken) {
+        say(format_args!(
+            "{taken} of the {asked} cores asked for are taken: no split over more was found that makes steps shorter, by \
+             what the layers do on random input"
+        ))?;
+    }
     output::write(&args.output, &deployment.to_bytes())?;
     Ok(Verdict::Good)
 }
@@ -34,6 +41,13 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         (None, None) => Split::Fewest,
     };
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
+    let refused = |error: CompileError| -> Failure {
+        let text = error.to_string();
+        match text.starts_with(&args.network) {
+            true => text.into(),
+            false => format!("{}: {text}", args.network).into(),
+        }
+    };
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
         let policy = args.weight_bits.map_or(Ok(policy), |bits| policy.with_weight_bits(bits))?;
@@ -43,7 +57,8 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
             (_, Some(ScheduleArg::Streaming)) => Schedule::Streaming,
             (_, Some(ScheduleArg::Held) | None) => Schedule::Held,
         };
-        return Ok(Deployment::of_controller(&network, &policy, &chip, split, schedule)?);
+        let deployment = Deployment::of_controller(&network, &policy, &chip, split, schedule);
+        return deployment.map_err(refused);
     }
     if args.schedule.is_some() {
         return Err(no_schedule(args));
@@ -62,7 +77,7 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         )
         .into());
     }
-    Ok(Deployment::of_integers(integer::read(path, weights)?, &chip, split)?)
+    Deployment::of_integers(integer::read(path, weights)?, &chip, split).map_err(refused)
 }
 
 fn no_schedule(args: &CompileArgs) -> Failure {

@@ -91,10 +91,10 @@ fn compare(
     let mut comparison = Comparison::new(network, deployment, engine)?;
     let (world, config) = (&flight.world, chip.config(&flight.config)?);
     let trials = agree::fly(&network.name, seed, AGREE_TICKS, world, &config, &mut comparison)?;
-    let (name, digest) = (&network.name, &deployment.map.digest());
-    let names = [REVISION, name, digest, &deployment.policy, world.arena().name()];
+    let names = [REVISION, &network.name, &deployment.policy, world.arena().name()];
+    let map = &deployment.map;
     let speed = config.wheel_speed_m_per_s_max;
-    let agreement = AgreementResult::new(names, speed, seed, trials, &comparison);
+    let agreement = AgreementResult::new(names, map, speed, seed, trials, &comparison);
     say(agreement_table(&agreement.agreement))?;
     report.push("agree", Content::Agreement(agreement));
     let counting = Table5Args {

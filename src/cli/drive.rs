@@ -12,7 +12,9 @@ use spikeloop::report::replay::Replay;
 use spikeloop::report::results::{
     ArenaPicture, DriveResult, DriverResult, RESULT_FORMAT, Settings, pairs_mm,
 };
-use spikeloop::report::tables::{camera_note, cost_table, host_line, outcome_table, overflow_line};
+use spikeloop::report::tables::{
+    camera_note, cost_table, host_line, outcome_table, overflow_line, waiting_lines,
+};
 use spikeloop::rng::Streams;
 use spikeloop::world::World;
 use spikeloop::world::arena::Arena;
@@ -232,6 +234,9 @@ pub(super) fn print_result(result: &DriveResult) -> Result<(), Failure> {
         if let Some(line) = line {
             let (label, seed) = (&driver.label, driver.seed);
             say(format_args!("{label}, seed {seed}: host, per decision: {line}"))?;
+        }
+        for line in waiting_lines(driver) {
+            say(format_args!("{}, seed {}: {line}", driver.label, driver.seed))?;
         }
         if let Some(line) = speed_line(driver) {
             say(format_args!("{}, seed {}: {line}", driver.label, driver.seed))?;

@@ -8,7 +8,7 @@ use spikeloop::compile::{Policy, Split};
 use spikeloop::evaluate::{Driver, EngineKind};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::weight_fault::WeightFault;
-use spikeloop::net::{Controller, builtin};
+use spikeloop::net::{Controller, NetError, builtin};
 use spikeloop::report::reproduction::ON_CHIP;
 use spikeloop::world::dvs::{CAMERA_DEG, FIELD_OF_VIEW_DEG};
 
@@ -172,7 +172,7 @@ fn driver(name: &str, weights: Option<&Path>, engine: EngineKind) -> Result<Driv
 }
 
 fn no_program(name: &str) -> Failure {
-    format!("{name}: an integer network without encoder and decoder cannot drive; compile it and use `spikeloop run`").into()
+    NetError::Integers { file: name.to_owned() }.into()
 }
 
 /// A compiled network as a driver; `name` is what errors mention.

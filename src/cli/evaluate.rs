@@ -291,9 +291,11 @@ impl<'a> Evaluation<'a> {
         for task in open {
             state.put(self.fly_one(&task, &bar)?);
             if let Some(path) = &self.args.state {
-                // Another run may have put something there in the meantime.
-                self.read_state()?.into_iter().for_each(|table| state.add_missing(table));
-                files::write_atomically(path, &serde_json::to_vec(&state)?)?;
+                files::in_turn(path, || -> Result<(), Failure> {
+                    // Another run may have put something there in the meantime.
+                    self.read_state()?.into_iter().for_each(|table| state.add_missing(table));
+                    Ok(files::write_atomically(path, &serde_json::to_vec(&state)?)?)
+                })?;
             }
         }
         bar.finish_and_clear();
@@ -329,8 +331,9 @@ impl<'a> Evaluation<'a> {
         Ok(Cell {
             network: driver.label.clone(),
             network_digest: driver.digest.clone(),
+            core_map_digest: flies.deployment().map(|deployment| deployment.map.digest()),
             map: map.name.clone(),
-            map_digest: map.digest.clone(),
+            arena_digest: map.digest.clone(),
             condition: condition.name.to_owned(),
             degraded: degradation.map(|degradation| degradation.name.to_owned()),
             seed,

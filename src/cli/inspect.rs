@@ -8,7 +8,8 @@ use hw_model::id::CoreId;
 use hw_model::{CoreMap, EventEngine, MemoryUse};
 use serde_json::json;
 use spikeloop::files;
-use spikeloop::host::{Deployment, Schedule};
+use spikeloop::host::eem_san_program::Window;
+use spikeloop::host::{Deployment, EemSanProgram, Schedule};
 use spikeloop::report::activity::CoreActivity;
 use spikeloop::report::chip_picture::chip_picture;
 use spikeloop::report::chip_plan::ChipPlan;
@@ -40,7 +41,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<Verdict, Failure> {
     say(header)?;
     say(format_args!("policy {} | chip {}", deployment.policy, deployment.map.chip().name))?;
     say(table(&deployment))?;
-    say(layers(&deployment.map))?;
+    say(layers(&deployment.map, activity.as_ref()))?;
     say(memory(&deployment))?;
     if let Some(path) = &args.picture {
         let picture = chip_picture(&ChipPlan::new(&deployment), activity.as_ref());
@@ -53,26 +54,49 @@ fn activity(path: &Path, map: &CoreMap) -> Result<CoreActivity, Failure> {
     Ok(CoreActivity::from_json(&path.display().to_string(), &files::read_text(path)?, map)?)
 }
 
-/// Which cores each layer lies on, and what its synapses take there.
-fn layers(map: &CoreMap) -> String {
+/// Which cores each layer lies on, what its synapses take there, and what its cores did.
+fn layers(map: &CoreMap, activity: Option<&CoreActivity>) -> String {
     let of_cores = map.utilization();
-    let mut table =
-        plain(&["layer", "neurons", "on cores", "stored synapses", "synapse words", "in axons"]);
+    let mut titles: Vec<String> =
+        ["layer", "neurons", "on cores", "stored synapses", "synapse words", "in axons"]
+            .map(str::to_owned)
+            .to_vec();
+    let cost_tables = || map.chip().cost_tables.iter().map(|table| &table.name[..]);
+    if let Some(activity) = activity {
+        titles.push(format!("syn. ops per {}", activity.unit()));
+        titles.extend(cost_tables().map(|name| format!("slowest (us, {name})")));
+    }
+    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+    let mut table = plain(&titles);
     for population in map.populations() {
         let cores = population.cores();
         let sum = |of: fn(&hw_model::core_map::CoreUse) -> u64| -> String {
             cores.iter().map(|core| of(&of_cores[core.index()])).sum::<u64>().to_string()
         };
-        table.add_row([
+        let mut row = vec![
             population.name.clone(),
             population.len().to_string(),
             ranges(&cores),
             sum(|core| core.synapses),
             sum(|core| core.synapse_words.used),
             sum(|core| core.input_axons.used),
-        ]);
+        ];
+        if let Some(activity) = activity {
+            let did = |of: &dyn Fn(usize) -> f64| -> f64 {
+                cores.iter().map(|core| of(core.index())).sum()
+            };
+            row.push(format!("{:.1}", did(&|core| activity.synaptic_ops(core))));
+            let slowest = |name| format!("{:.2}", did(&|core| activity.slowest_us(core, name)));
+            row.extend(cost_tables().map(slowest));
+        }
+        table.add_row(row);
     }
-    table.to_string()
+    let note = "slowest: chip time of the steps that waited for a core of the layer, the barrier not in it; \
+                a core that holds several layers counts for each";
+    match activity {
+        Some(activity) => format!("{table}\n{note}, per {}", activity.unit()),
+        None => table.to_string(),
+    }
 }
 
 /// What the event engine takes of this machine's memory.
@@ -159,6 +183,7 @@ pub(super) fn table(deployment: &Deployment) -> String {
 /// Where spikes come in, and when those of biases must.
 fn ports(deployment: &Deployment) -> String {
     let program = deployment.program.as_ref();
+    let eem_san = deployment.eem_san.as_ref();
     let port = |(index, port): (usize, &HostPort)| {
         let biases = program.filter(|program| program.bias_port as usize == index);
         let when = biases.map_or_else(String::new, |program| {
@@ -166,10 +191,41 @@ fn ports(deployment: &Deployment) -> String {
             let (starts, steps) = (starts.join(", "), program.steps);
             format!(": line by line on for {steps} steps of a decision, from step {starts} on")
         });
+        let biases = eem_san.filter(|program| program.bias_port as usize == index);
+        let when = biases.map_or(when, eem_san_biases);
         format!("{} ({} lines{when})", port.name, port.lines)
     };
     let ports: Vec<String> = deployment.map.ports().iter().enumerate().map(port).collect();
     if ports.is_empty() { "none".to_owned() } else { ports.join(", ") }
+}
+
+/// When the biases of an EEM-SAN must spike.
+fn eem_san_biases(program: &EemSanProgram) -> String {
+    // A spike that is injected in a step arrives in the next one.
+    let lines = |windows: &[Window], after: u32| {
+        let line =
+            |w: &Window| format!("{} from step {}", w.population, after + w.start.max(1) - 1);
+        windows.iter().map(line).collect::<Vec<_>>().join(", ")
+    };
+    if program.schedule == Schedule::Streaming {
+        let encoder = program.encoder.as_ref().map_or(&[][..], |phase| &phase.layers);
+        // Codes are there after the first control tick.
+        let (encoder, decision) = (lines(encoder, 0), lines(&program.decision, program.steps));
+        return format!(": each on to the end of an episode: {encoder}, {decision}");
+    }
+    let encoder = program.encoder.as_ref().map_or_else(String::new, |phase| {
+        format!(
+            ": each on for {} steps of the encoder's: {}",
+            phase.frames,
+            lines(&phase.layers, 0)
+        )
+    });
+    let also = if encoder.is_empty() { ": each" } else { "; or" };
+    format!(
+        "{encoder}{also} on for {} steps of a decision: {}",
+        program.steps,
+        lines(&program.decision, 0)
+    )
 }
 
 /// The plan, and what a picture does not need.

@@ -20,7 +20,7 @@ pub(super) const REVISION: &str = env!("SPIKELOOP_REVISION");
 /// When nobody reads any more (`| head -1`) the work goes on in silence: there may be files to
 /// write. `println!` would panic there.
 pub(super) fn say(text: impl Display) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let (mut out, text) = (std::io::stdout().lock(), visible(text));
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(format!("standard output: cannot write: {error}").into())
@@ -29,10 +29,17 @@ pub(super) fn say(text: impl Display) -> Result<(), Failure> {
     }
 }
 
+/// Text without control characters but ends of lines: names in files may hold what moves the cursor or
+/// colours the terminal.
+fn visible(text: impl Display) -> String {
+    let shown = |c: char| if c.is_control() && c != '\n' { char::REPLACEMENT_CHARACTER } else { c };
+    text.to_string().chars().map(shown).collect()
+}
+
 /// Prints an error where the user sees it.
 pub(crate) fn complain(error: &Failure) {
     // Nothing to do when standard error is closed as well: the exit code says it.
-    let _ = writeln!(std::io::stderr(), "error: {error}");
+    let _ = writeln!(std::io::stderr(), "error: {}", visible(error));
 }
 
 /// First line of every run: what is needed to repeat it.

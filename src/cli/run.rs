@@ -8,11 +8,12 @@ use hw_model::container::sha256_hex;
 use hw_model::core_map::HostPort;
 use hw_model::cost::CostTable;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
-use hw_model::{CoreMap, DenseEngine, Engine, EventEngine};
+use hw_model::{CoreMap, DenseEngine, Engine, EventEngine, OpCounts};
 use serde_json::json;
 use spikeloop::host::Deployment;
 use spikeloop::npz::{self, Npz};
 use spikeloop::report::energy::time_shares;
+use spikeloop::report::results::slowest_counter;
 use spikeloop::report::tables::{micro, plain};
 
 use crate::cli::args::{EngineArg, RunArgs, STEPS_MAX};
@@ -32,16 +33,19 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
     let deployment = Deployment::read(&args.map)?;
     let digest = deployment.map.digest();
     let map = Arc::clone(&deployment.map);
-    let mut spikes = read_spikes(&map, args)?;
+    let (mut spikes, others) = read_spikes(&map, args)?;
     let given = spikes.len();
     spikes.dedup();
     let steps = steps(&map, args, &spikes)?;
     say(header(None, &[(deployment.network.clone(), digest.clone())]))?;
     let late = spikes.len() - spikes.partition_point(|spike| spike.0 < steps as u64);
     say(format_args!("{} input spikes, {late} of them after the last step", spikes.len()))?;
-    if spikes.len() < given {
-        let again = given - spikes.len();
-        say(format_args!("{again} more are there already: a line spikes once in a step"))?;
+    if !others.is_empty() {
+        say(format_args!("not injected, as no port has that name: {}", others.join(", ")))?;
+    }
+    let repeated = given - spikes.len();
+    if repeated > 0 {
+        say(format_args!("{repeated} more are there already: a line spikes once in a step"))?;
     }
     let mut engine: Box<dyn Engine> = match args.engine {
         EngineArg::Event => {
@@ -58,14 +62,15 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Failure> {
         output::write(path, &npz_bytes(&populations)?)?;
     }
     if let Some(path) = &args.json {
-        let json = as_json(engine.as_ref(), &deployment, &digest, &populations, steps);
+        let mut json = as_json(engine.as_ref(), &deployment, &digest, &populations, steps);
+        json["input"] = json!({ "spikes": spikes.len(), "late": late, "repeated": repeated });
         output::write(path, &serde_json::to_vec_pretty(&json)?)?;
     }
     Ok(Verdict::Good)
 }
 
-/// Arrays `PORT_t` and `PORT_i` of every port, by step.
-fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<Vec<InputSpike>, Failure> {
+/// Arrays `PORT_t` and `PORT_i` of every port, by step, and names of what else has steps there.
+fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<(Vec<InputSpike>, Vec<String>), Failure> {
     let mut npz = Npz::open(&args.spikes)?;
     let mut spikes = Vec::new();
     for (port, about) in map.ports().iter().enumerate() {
@@ -74,8 +79,12 @@ fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<Vec<InputSpike>, Failure
         let pairs = port_spikes(port as u32, about, &steps, &lines);
         spikes.extend(pairs.map_err(|problem| format!("{}: {problem}", args.spikes.display()))?);
     }
+    let is_port = |name: &&str| map.ports().iter().any(|port| port.name == **name);
+    let names = npz.names();
+    let spikes_of = |name| names.iter().filter_map(move |n: &String| n.strip_suffix(name));
+    let others = spikes_of("_t").filter(|name| !is_port(name)).map(str::to_owned).collect();
     spikes.sort_unstable();
-    Ok(spikes)
+    Ok((spikes, others))
 }
 
 /// The spikes of one port, or what is wrong with them.
@@ -219,9 +228,17 @@ fn as_json(
 ) -> serde_json::Value {
     let counts = engine.total_counts();
     let counters: BTreeMap<_, _> = counts.named().into_iter().collect();
-    let by_core: Vec<BTreeMap<_, _>> =
-        engine.core_counts().iter().map(|counts| counts.named().into_iter().collect()).collect();
     let chip = engine.map().chip();
+    let tables = &chip.cost_tables;
+    let slowest = |core: usize| {
+        let of_core = &engine.slowest_ps()[core * tables.len()..];
+        tables.iter().zip(of_core).map(|(table, ps)| (slowest_counter(&table.name), *ps))
+    };
+    let counted = |(core, counts): (usize, &OpCounts)| -> BTreeMap<String, u64> {
+        let named = counts.named().into_iter().map(|(name, n)| (name.to_owned(), n));
+        named.chain(slowest(core)).collect()
+    };
+    let by_core: Vec<_> = engine.core_counts().iter().enumerate().map(counted).collect();
     let cost = |(table, time_ps): (&CostTable, &u64)| {
         let dynamic_fj = table.energy(&counts).total_fj();
         let static_fj = chip.static_power.energy_fj(*time_ps);

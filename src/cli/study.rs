@@ -87,7 +87,7 @@ impl<'a> Study<'a> {
             network: args.network.clone(),
             network_digest: float.digest.clone().unwrap_or_default(),
             map: args.map.clone(),
-            map_digest: map.digest.clone(),
+            arena_digest: map.digest.clone(),
             condition: condition.name.to_owned(),
             seed: args.seed,
             flight: SuccessSettings::new(args.trials, EVALUATION_SEED, &config, &camera),
@@ -183,8 +183,10 @@ impl<'a> Study<'a> {
     /// Writes the state file, with what another run may have put there in the meantime.
     fn save(&self, state: &mut StudyTable) -> Result<(), Failure> {
         if let Some(path) = &self.args.state {
-            state.add_missing(self.read_state()?);
-            files::write_atomically(path, &serde_json::to_vec(state)?)?;
+            files::in_turn(path, || -> Result<(), Failure> {
+                state.add_missing(self.read_state()?);
+                Ok(files::write_atomically(path, &serde_json::to_vec(state)?)?)
+            })?;
         }
         Ok(())
     }
@@ -209,6 +211,7 @@ impl<'a> Study<'a> {
         let map = &driver.deployment().expect("a chip").map;
         Ok(PointResult::Flown(Box::new(OnChip {
             digest: driver.digest.clone().unwrap_or_default(),
+            core_map_digest: map.digest(),
             cores: map.core_usage().used,
             synapse_words: map.utilization().iter().map(|core| core.synapse_words.used).sum(),
             tried,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use sha2::{Digest, Sha256};
-use spikeloop::files;
+use spikeloop::files::{self, OwnFolder};
 use spikeloop::net::{CHECKPOINT, EemSan, EventEncoder, NetError};
 use spikeloop::nn::{StateReader, StateWriter};
 use spikeloop::report::curves::{Curve, curves};
@@ -69,6 +69,7 @@ impl TrainArgs {
 struct Folder {
     path: PathBuf,
     digest: u64,
+    _own: OwnFolder,
 }
 
 impl Folder {
@@ -79,7 +80,7 @@ impl Folder {
         inputs.iter().for_each(|input| hash.update(input));
         let digest = hash.finalize();
         let digest = digest.iter().take(8).fold(0, |all, byte| (all << 8) | u64::from(*byte));
-        Ok(Self { path: path.to_path_buf(), digest })
+        Ok(Self { path: path.to_path_buf(), digest, _own: OwnFolder::take(path)? })
     }
 
     /// Errs when the run would write over one of the files that it reads; `weights` is the name of

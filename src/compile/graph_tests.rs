@@ -1,5 +1,5 @@
 use super::*;
-use crate::compile::place::{LayerWork, place, spread};
+use crate::compile::place::{LayerWork, Work, place, spread};
 use crate::net::conv2d::{Conv2d, Shape};
 use hw_model::{ChipSpec, CoreMap, OpCounts};
 
@@ -249,13 +249,13 @@ fn output_axons_limit_how_many_neurons_of_a_picture_share_a_core() {
 }
 
 /// The picture works the most, then what it projects to.
-fn work(fewest: CoreMap) -> Vec<LayerWork> {
+fn work(fewest: CoreMap) -> Work {
     assert_eq!(fewest.cores().len(), 3);
     let of = |synaptic_ops_dense| LayerWork {
         counts: OpCounts { synaptic_ops_dense, ..OpCounts::default() },
         phase: 0,
     };
-    vec![of(1000), of(300), of(10)]
+    Work { layers: vec![of(1000), of(300), of(10)], steps: 1 }
 }
 
 #[test]

@@ -14,14 +14,14 @@ use crate::compile::error::CompileError;
 use crate::compile::graph::{IntegerGraph, Mantissas, Source};
 use crate::net::conv2d::Shape;
 use part::Part;
-use split::{Cut, Load, share_out, useful};
+use split::{Cut, Load, barriers_ps, share_out, useful};
 use tile::{Tile, Tiling, tilings};
 
 mod part;
 mod split;
 mod tile;
 
-pub use split::{LayerWork, Split};
+pub use split::{LayerWork, Split, Work};
 
 /// Places a graph on a chip.
 ///
@@ -38,16 +38,16 @@ pub fn place(
     Ok(CoreMap::new(placer.build())?)
 }
 
-/// Places a graph on `cores` cores of a chip, or a few less, in place of as few as can be: shared out
-/// so that the busiest has the least to do. `work` runs the map with the fewest and says what each
-/// population did.
+/// Places a graph on at most `cores` cores of a chip in place of as few as can be: as many as make steps
+/// shorter, shared out so that the busiest has the least to do. `work` runs the map with the fewest and
+/// says what each population did.
 ///
 /// Errors: as [`place`]; fewer cores than the fewest, or more than the chip has.
 pub fn spread(
     graph: &IntegerGraph,
     chip: &ChipSpec,
     cores: usize,
-    work: impl FnOnce(CoreMap) -> Vec<LayerWork>,
+    work: impl FnOnce(CoreMap) -> Work,
 ) -> Result<CoreMap, CompileError> {
     let fewest = Placer::new(graph, chip, usize::MAX)?;
     fewest.check_asked(cores)?;
@@ -120,16 +120,17 @@ impl<'a> Placer<'a> {
 
     /// What lies on as few cores as can be, split over more of them, `cores` at most; `None` where that
     /// cannot be.
-    fn spread(&self, cores: usize, work: &[LayerWork]) -> Option<Self> {
+    fn spread(&self, cores: usize, work: &Work) -> Option<Self> {
         let fewest: Vec<usize> = self.parts.iter().map(Vec::len).collect();
         let needed = fewest.iter().sum();
-        let loads = Load::measured(self.graph, self.chip, work, &fewest);
+        let loads = Load::measured(self.graph, self.chip, &work.layers, &fewest);
+        let barriers = |cores: usize| barriers_ps(self.chip, work.steps, cores);
         let layers = self.shapes.iter().zip(&fewest).enumerate();
         let cuts: Vec<Vec<Cut>> = layers.map(|(p, (shape, n))| self.cuts(p, *shape, *n)).collect();
         let mut placer = self.clone();
         let mut budget = cores;
         while budget > needed {
-            placer.neurons_per_core_max = share_out(&loads, &cuts, budget);
+            placer.neurons_per_core_max = share_out(&loads, &cuts, budget, &barriers);
             let placed = placer.partition_all();
             let taken: usize = placer.parts.iter().map(Vec::len).sum();
             match placed {

@@ -6,7 +6,6 @@ use hw_model::trace::{engines, total_lines};
 
 use crate::closed_loop::TrialConfig;
 use crate::coding::LayerSpikes;
-use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::{Head, Kind, LoopDriver};
 use crate::golden::network_loop::{Pilot, Run, action_text, run_loop};
@@ -32,13 +31,11 @@ pub(super) fn run_all(head: &Head, network: &EemSan) -> Result<Vec<Run>, GoldenE
             run_loop(head, &config(network), &mut pilot, network.steps)?,
         )]);
     }
-    let compile_error =
-        |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
-    let policy = Quantization::named(&head.policy).map_err(compile_error)?;
+    let policy = head.quantization()?;
     let schedule = head.schedule.unwrap_or_default();
     let (chip, split) = (&head.chip, head.split);
     let deployment = Deployment::compile_eem_san(network, &policy, chip, split, schedule)
-        .map_err(compile_error)?;
+        .map_err(|error| head.compile_error(error))?;
     let mut runs = Vec::new();
     for (name, engine) in engines(&deployment.map).into_iter().skip(1) {
         let policy = EemSanChipPolicy::new(&deployment, engine).expect("an EEM-SAN");

@@ -1,13 +1,15 @@
 //! Settings of a network or loop trace: `key value` lines.
 
+use core::ops::RangeInclusive;
 use std::collections::BTreeMap;
 
 use hw_model::ChipSpec;
 
-use crate::compile::{Split, open_chip};
+use crate::compile::{CompileError, Policy, Split, open_chip};
 use crate::golden::GoldenError;
 use crate::host::Schedule;
-use crate::world::robot::Actuators;
+use crate::world::pairs::PAIRS_MAX;
+use crate::world::robot::{Actuators, ActuatorsError};
 
 /// Most decisions or control ticks of a trace.
 const COUNT_MAX: u64 = 10_000;
@@ -34,6 +36,8 @@ pub(super) struct Head {
     pub(super) kind: Kind,
     pub(super) network: String,
     pub(super) policy: String,
+    /// Bits of a weight, where the trace names them.
+    pub(super) weight_bits: Option<u8>,
     /// Of an EEM-SAN, where the trace names one.
     pub(super) schedule: Option<Schedule>,
     /// What it is compiled for.
@@ -49,8 +53,24 @@ pub(super) struct Head {
     pub(super) actuators: Actuators,
 }
 
-const KEYS: &str = "network or loop NAME, policy NAME, schedule held|streaming, on_chip NAME, neurons_per_core N, seed N, decisions or ticks N, driver chip|float, \
-                    arena NAME, trial N, v_max_mm_per_s N, actuators PRESET, each at most once";
+/// Keys of both kinds of traces.
+const KEYS: [&str; 9] = [
+    "network",
+    "loop",
+    "policy",
+    "weight_bits",
+    "schedule",
+    "on_chip",
+    "neurons_per_core",
+    "cores",
+    "seed",
+];
+
+/// Those of network traces alone.
+const NETWORK_KEYS: [&str; 1] = ["decisions"];
+
+/// Those of loop traces alone.
+const LOOP_KEYS: [&str; 6] = ["driver", "arena", "trial", "ticks", "v_max_mm_per_s", "actuators"];
 
 impl Head {
     pub(super) fn parse(file: &str, head: &str) -> Result<Self, GoldenError> {
@@ -64,31 +84,43 @@ impl Head {
                 file: file.to_owned(),
                 line: index + 1,
                 found: line.trim().to_owned(),
-                expected: KEYS,
+                expected: format!(
+                    "a line KEY VALUE with one of the keys {}, each at most once",
+                    known()
+                ),
             };
             let (key, value) = said.split_once(' ').ok_or_else(error)?;
-            let known = [
-                "network",
-                "loop",
-                "policy",
-                "schedule",
-                "on_chip",
-                "neurons_per_core",
-                "seed",
-                "decisions",
-                "ticks",
-                "driver",
-                "arena",
-                "trial",
-                "v_max_mm_per_s",
-                "actuators",
-            ];
-            if !known.contains(&key) || lines.insert(key, (index + 1, value.trim())).is_some() {
+            let there = keys().any(|known| known == key);
+            if !there || lines.insert(key, (index + 1, value.trim())).is_some() {
                 return Err(error());
             }
         }
         Lines { file, lines }.head()
     }
+
+    /// The quantization policy.
+    ///
+    /// Errors: there is none of that name, or it has no such number of bits.
+    pub(super) fn quantization(&self) -> Result<Policy, GoldenError> {
+        let policy = Policy::named(&self.policy);
+        let narrowed = policy.and_then(|policy| {
+            self.weight_bits.map_or(Ok(policy), |bits| policy.with_weight_bits(bits))
+        });
+        narrowed.map_err(|source| self.compile_error(source))
+    }
+
+    pub(super) fn compile_error(&self, source: CompileError) -> GoldenError {
+        GoldenError::Compile { file: self.file.clone(), source: Box::new(source) }
+    }
+}
+
+fn keys() -> impl Iterator<Item = &'static str> {
+    KEYS.into_iter().chain(NETWORK_KEYS).chain(LOOP_KEYS)
+}
+
+/// All keys, in words.
+fn known() -> String {
+    keys().collect::<Vec<_>>().join(", ")
 }
 
 struct Lines<'a> {
@@ -101,14 +133,27 @@ impl Lines<'_> {
         let (kind, network, counted) = match (self.get("network"), self.get("loop")) {
             (Some((_, name)), None) => (Kind::Network, name, "decisions"),
             (None, Some((_, name))) => (Kind::Loop, name, "ticks"),
-            _ => return Err(self.error("network", "one of `network NAME` and `loop NAME`")),
+            (Some(_), Some(_)) => {
+                return Err(self.error("loop", "no such line, as this trace has `network NAME`"));
+            }
+            (None, None) => {
+                return Err(GoldenError::NoKind { file: self.file.to_owned() });
+            }
         };
+        let (others, of) = match kind {
+            Kind::Network => (&LOOP_KEYS[..], "no such line, which is of loop traces"),
+            Kind::Loop => (&NETWORK_KEYS[..], "no such line, which is of network traces"),
+        };
+        if let Some(key) = others.iter().find(|key| self.get(key).is_some()) {
+            return Err(self.error(key, of));
+        }
         let driver = match self.get("driver").map_or("chip", |(_, value)| value) {
             "chip" => LoopDriver::Chip,
             "float" => LoopDriver::Float,
             _ => return Err(self.error("driver", "chip or float")),
         };
-        let compiled = ["policy", "schedule", "on_chip", "neurons_per_core"];
+        let compiled =
+            ["policy", "weight_bits", "schedule", "on_chip", "neurons_per_core", "cores"];
         if let Some(key) = compiled.into_iter().find(|key| self.get(key).is_some())
             && driver == LoopDriver::Float
         {
@@ -128,31 +173,24 @@ impl Lines<'_> {
             kind,
             network: network.to_owned(),
             policy: text("policy", "nearest"),
+            weight_bits: self.bits()?,
             schedule,
             chip: self.chip()?,
             split: self.split()?,
-            seed: self.number("seed", 1, u64::MAX)?,
-            count: self.count(counted)?,
+            seed: self.number("seed", 1, 0..=u64::MAX)?,
+            count: self.number(counted, 1, 1..=COUNT_MAX)?,
             driver,
             arena: text("arena", "courtyard"),
-            trial: self.number("trial", 0, 1 << 32)?,
-            v_max_mm_per_s: self.number("v_max_mm_per_s", 500, 10_000)?,
-            actuators: actuators
-                .parse()
-                .map_err(|_| self.error("actuators", "an actuator preset"))?,
+            trial: self.number("trial", 0, 0..=PAIRS_MAX as u64 - 1)?,
+            v_max_mm_per_s: self.number("v_max_mm_per_s", 500, 1..=10_000)?,
+            actuators: actuators.parse().map_err(|error: ActuatorsError| {
+                self.error("actuators", &format!("actuators that go ({error})"))
+            })?,
         })
     }
 
     fn get(&self, key: &str) -> Option<(usize, &str)> {
         self.lines.get(key).copied()
-    }
-
-    /// How many decisions or ticks: none would check nothing.
-    fn count(&self, key: &'static str) -> Result<u64, GoldenError> {
-        match self.number(key, 1, COUNT_MAX)? {
-            0 => Err(self.error(key, "1 or more")),
-            count => Ok(count),
-        }
     }
 
     fn chip(&self) -> Result<ChipSpec, GoldenError> {
@@ -164,28 +202,42 @@ impl Lines<'_> {
     }
 
     fn split(&self) -> Result<Split, GoldenError> {
-        const KEY: &str = "neurons_per_core";
-        match self.number(KEY, 0, u64::from(u32::MAX))? {
-            0 if self.get(KEY).is_some() => Err(self.error(KEY, "1 or more")),
-            0 => Ok(Split::Fewest),
-            n => Ok(Split::NeuronsPerCore(n as usize)),
+        let limits = 1..=u64::from(u32::MAX);
+        let most = self.number("neurons_per_core", 0, limits.clone())?;
+        let cores = self.number("cores", 0, limits)?;
+        match (most, cores) {
+            (0, 0) => Ok(Split::Fewest),
+            (most, 0) => Ok(Split::NeuronsPerCore(most as usize)),
+            (0, cores) => Ok(Split::Cores(cores as usize)),
+            _ => Err(self.error("cores", "no such line beside neurons_per_core")),
         }
     }
 
-    fn number(&self, key: &'static str, default: u64, max: u64) -> Result<u64, GoldenError> {
-        let Some((_, value)) = self.get(key) else { return Ok(default) };
-        let number = value.parse().ok().filter(|number| *number <= max);
-        number
-            .ok_or_else(|| self.error(key, "a whole number within the limits of traces/README.md"))
+    fn bits(&self) -> Result<Option<u8>, GoldenError> {
+        const KEY: &str = "weight_bits";
+        let bits = self.number(KEY, 0, 0..=u64::from(u8::MAX))?;
+        Ok(self.get(KEY).map(|_| bits as u8))
     }
 
-    fn error(&self, key: &str, expected: &'static str) -> GoldenError {
+    fn number(
+        &self,
+        key: &'static str,
+        default: u64,
+        limits: RangeInclusive<u64>,
+    ) -> Result<u64, GoldenError> {
+        let Some((_, value)) = self.get(key) else { return Ok(default) };
+        let number = value.parse().ok().filter(|number| limits.contains(number));
+        let (low, high) = (limits.start(), limits.end());
+        number.ok_or_else(|| self.error(key, &format!("a whole number of {low} to {high}")))
+    }
+
+    fn error(&self, key: &str, expected: &str) -> GoldenError {
         let (line, value) = self.get(key).unwrap_or((1, "nothing"));
         GoldenError::Line {
             file: self.file.to_owned(),
             line,
             found: format!("{key} {value}"),
-            expected,
+            expected: expected.to_owned(),
         }
     }
 }

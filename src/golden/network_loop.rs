@@ -7,7 +7,6 @@ use hw_model::trace::{Detail, Observer, engines, total_lines};
 
 use crate::closed_loop::{Trial, TrialConfig};
 use crate::coding::InputSpikes;
-use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::eem_san;
 use crate::golden::head::{Head, Kind, LoopDriver};
@@ -66,10 +65,9 @@ pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
 }
 
 fn compile(head: &Head, network: &Network) -> Result<Deployment, GoldenError> {
-    let compile_error =
-        |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
-    let policy = Quantization::named(&head.policy).map_err(compile_error)?;
-    Deployment::compile(network, &policy, &head.chip, head.split).map_err(compile_error)
+    let policy = head.quantization()?;
+    Deployment::compile(network, &policy, &head.chip, head.split)
+        .map_err(|error| head.compile_error(error))
 }
 
 /// Decisions on random input, a line for each step and core.

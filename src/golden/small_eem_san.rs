@@ -7,7 +7,6 @@ use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, Observer, engines, total_lines};
 use hw_model::{CoreMap, Faults, OpCounts, compartment::CompartmentState};
 
-use crate::compile::Policy as Quantization;
 use crate::golden::GoldenError;
 use crate::golden::head::Head;
 use crate::golden::network_loop::{Run, action_text};
@@ -36,14 +35,12 @@ const EVENTS: usize = 400;
 
 /// The trace through every engine, the dense reference first.
 pub(super) fn run_all(head: &Head) -> Result<Vec<Run>, GoldenError> {
-    let compile_error =
-        |source| GoldenError::Compile { file: head.file.clone(), source: Box::new(source) };
-    let policy = Quantization::named(&head.policy).map_err(compile_error)?;
+    let policy = head.quantization()?;
     let network = network(&mut Streams::new(head.seed, 0).at(stream::STIMULUS, 0));
     let schedule = head.schedule.unwrap_or_default();
     let (chip, split) = (&head.chip, head.split);
     let deployment = Deployment::compile_eem_san(&network, &policy, chip, split, schedule)
-        .map_err(compile_error)?;
+        .map_err(|error| head.compile_error(error))?;
     let run = |(name, engine): (&str, Box<dyn Engine>)| {
         (name.to_owned(), run_ticks(head, &deployment, engine))
     };
@@ -109,6 +106,10 @@ impl Engine for Observed {
 
     fn chip_time_ps(&self) -> &[u64] {
         self.engine.chip_time_ps()
+    }
+
+    fn slowest_ps(&self) -> &[u64] {
+        self.engine.slowest_ps()
     }
 
     fn reset(&mut self) {

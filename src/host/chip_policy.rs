@@ -27,6 +27,8 @@ pub struct ChipUse {
     pub host: HostCounts,
     /// Modelled chip time in picoseconds, one value for each cost table.
     pub time_ps: Vec<u64>,
+    /// The part of it in which each core was the slowest, [cores, cost tables].
+    pub slowest_ps: Vec<u64>,
 }
 
 /// Work of the host beside injecting spikes and reading counters, which the chip counts.
@@ -65,8 +67,12 @@ impl std::ops::AddAssign<&ChipUse> for ChipUse {
         self.windowed += &other.windowed;
         self.encoder += &other.encoder;
         self.host += &other.host;
-        self.time_ps.resize(self.time_ps.len().max(other.time_ps.len()), 0);
-        self.time_ps.iter_mut().zip(&other.time_ps).for_each(|(sum, one)| *sum += one);
+        for (sums, others) in
+            [(&mut self.time_ps, &other.time_ps), (&mut self.slowest_ps, &other.slowest_ps)]
+        {
+            sums.resize(sums.len().max(others.len()), 0);
+            sums.iter_mut().zip(others).for_each(|(sum, one)| *sum += one);
+        }
     }
 }
 
@@ -194,6 +200,7 @@ impl ChipPolicy {
             encoder: OpCounts::default(),
             host: self.host,
             time_ps: self.engine.chip_time_ps().to_vec(),
+            slowest_ps: self.engine.slowest_ps().to_vec(),
         }
     }
 }

@@ -145,12 +145,12 @@ fn a_network_without_a_host_program_is_spread_by_a_run_on_random_spikes() {
         decay_current: 2048,
         decay_voltage: 1024,
         populations: vec![
-            population("in", 50, None),
+            population("in", 600, None),
             population("busy", 12, Some(10)),
             population("idle", 12, Some(10)),
         ],
         // Nothing reaches the threshold of what the second layer would hear.
-        projections: vec![projection(0, 1, vec![4; 600]), projection(1, 2, vec![0; 144])],
+        projections: vec![projection(0, 1, vec![4; 7200]), projection(1, 2, vec![0; 144])],
     };
     let cores = |split| {
         let deployment = Deployment::of_integers(net.clone(), &ChipSpec::loihi1(), split).unwrap();

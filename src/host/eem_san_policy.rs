@@ -274,6 +274,7 @@ impl EemSanChipPolicy {
             counts: self.engine.total_counts(),
             by_core: self.engine.core_counts(),
             time_ps: self.engine.chip_time_ps().to_vec(),
+            slowest_ps: self.engine.slowest_ps().to_vec(),
             ..self.used.clone()
         }
     }

@@ -6,8 +6,8 @@ use hw_model::core_map::Population;
 use hw_model::engine::{Engine, SpikeRecord, Stimulus};
 use hw_model::{CoreMap, EventEngine, OpCounts};
 
-use crate::compile::place::LayerWork;
-use crate::host::chip_policy::ChipPolicy;
+use crate::compile::place::{LayerWork, Work};
+use crate::host::chip_policy::{ChipPolicy, ChipUse};
 use crate::host::deployment::Deployment;
 use crate::host::eem_san_policy::EemSanChipPolicy;
 use crate::host::eem_san_program::Schedule;
@@ -24,21 +24,21 @@ const EVENTS: usize = 600;
 /// Rate of the random spikes into a network without a host program.
 const INPUT_RATE: f64 = 0.2;
 
-/// Counts of each population, over some decisions on random observations, and its phase.
-pub(super) fn of_populations(deployment: &Deployment) -> Vec<LayerWork> {
+/// Counts of each population, over some decisions on random observations, its phase, and the steps.
+pub(super) fn of_populations(deployment: &Deployment) -> Work {
     let map = &deployment.map;
     let engine: Box<dyn Engine> = Box::new(EventEngine::new(Arc::clone(map)));
     let takes_frames = deployment.takes_frames();
-    let by_core = if deployment.program.is_some() {
+    let (by_core, steps) = if deployment.program.is_some() {
         let mut policy = ChipPolicy::new(deployment, engine).expect("there is a program");
         decide(&mut policy, takes_frames);
-        policy.chip_use().by_core
+        counted(policy.chip_use())
     } else if deployment.eem_san.is_some() {
         let mut policy = EemSanChipPolicy::new(deployment, engine).expect("there is a program");
         decide(&mut policy, takes_frames);
-        policy.chip_use().by_core
+        counted(policy.chip_use())
     } else {
-        run(map, engine)
+        (run(map, engine), DECISIONS)
     };
     // Encoder and decision module of an EEM-SAN work one after the other, but when they stream.
     let held = deployment.eem_san.as_ref().filter(|p| p.schedule != Schedule::Streaming);
@@ -49,7 +49,12 @@ pub(super) fn of_populations(deployment: &Deployment) -> Vec<LayerWork> {
         let encodes = encoder.iter().any(|window| window.population as usize == index);
         LayerWork { counts: OpCounts::total(counts), phase: usize::from(!encodes) }
     };
-    map.populations().iter().enumerate().map(of_population).collect()
+    Work { layers: map.populations().iter().enumerate().map(of_population).collect(), steps }
+}
+
+/// Counts of each core, and steps.
+fn counted(used: ChipUse) -> (Vec<OpCounts>, u64) {
+    (used.by_core, used.counts.barriers)
 }
 
 fn decide(policy: &mut dyn Policy, takes_frames: bool) {

@@ -121,7 +121,7 @@ pub fn open(name: &str, weights: Option<&Path>) -> Result<Controller, NetError> 
 /// is called like a built-in network needs its folder: `./san`.
 ///
 /// Errors: as [`description::read`]; an unknown name; a built-in network without its weights; an
-/// EEM-SAN.
+/// EEM-SAN; an integer network.
 pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
     let path = Path::new(name);
     match (name, weights) {
@@ -136,6 +136,9 @@ pub fn read(name: &str, weights: Option<&Path>) -> Result<Network, NetError> {
         }
         ("san", None) => Err(NetError::NoWeights { file: "san".to_owned() }),
         _ if is_eem_san(name) => Err(NetError::EemSan { name: name.to_owned() }),
+        _ if path.extension().is_some_and(|extension| extension == "json") => {
+            Err(NetError::Integers { file: name.to_owned() })
+        }
         _ if path.exists() || path.extension().is_some() => description::read(path, weights),
         _ => Err(NetError::Unknown { name: name.to_owned(), known: suggestions(name, NAMES) }),
     }

@@ -56,6 +56,15 @@ pub enum NetError {
         /// Built-in name or file.
         name: String,
     },
+    /// An integer network where one with encoder and decoder is expected.
+    #[error(
+        "{file}: an integer network without encoder and decoder cannot drive; compile it and use \
+         `spikeloop run`"
+    )]
+    Integers {
+        /// The file.
+        file: String,
+    },
     /// Weights for a network that comes with its own.
     #[error("{weights}: {name} comes with its weights; leave --weights out")]
     Weights {

@@ -19,6 +19,8 @@ use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
 
 const NEURONS_MAX: usize = 1 << 20;
+/// Largest decay: everything is lost in each step.
+const DECAY_MAX: u32 = 4096;
 
 /// An integer network, checked for consistency of its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -141,12 +143,12 @@ pub fn read(path: &Path, weights: Option<&Path>) -> Result<IntegerNet, NetError>
     let form = form_of(&file, &text)?;
     let weights = weights.map_or_else(|| path.with_extension("npz"), Path::to_path_buf);
     let mut npz = Npz::open(&weights)?;
-    from_form(&file, form, &mut npz)
+    from_form([&file, &weights.display().to_string()], form, &mut npz)
 }
 
 /// The same from memory; `file` is the name that errors mention.
 pub fn from_parts(file: &str, text: &str, npz: &mut Npz) -> Result<IntegerNet, NetError> {
-    from_form(file, form_of(file, text)?, npz)
+    from_form([file, file], form_of(file, text)?, npz)
 }
 
 fn form_of(file: &str, text: &str) -> Result<FileForm, NetError> {
@@ -154,10 +156,20 @@ fn form_of(file: &str, text: &str) -> Result<FileForm, NetError> {
     let form: FileForm = serde_json::from_str(text).map_err(|e| syntax(e.to_string()))?;
     check_keys(&form).map_err(syntax)?;
     check_names(&form).map_err(syntax)?;
+    for (key, decay) in [("delta_u", form.delta_u), ("delta_v", form.delta_v)] {
+        if u32::from(decay) > DECAY_MAX {
+            return Err(syntax(format!("{key} = {decay}, must be 0..={DECAY_MAX}")));
+        }
+    }
     Ok(form)
 }
 
-fn from_form(file: &str, form: FileForm, npz: &mut Npz) -> Result<IntegerNet, NetError> {
+/// Errors name the description and the file of the weights.
+fn from_form(
+    [file, weights_file]: [&str; 2],
+    form: FileForm,
+    npz: &mut Npz,
+) -> Result<IntegerNet, NetError> {
     let syntax = |message: String| NetError::Syntax { file: file.to_owned(), message };
     let populations: Vec<_> =
         form.populations.iter().map(|p| population(file, p)).collect::<Result<_, _>>()?;
@@ -185,7 +197,15 @@ fn from_form(file: &str, form: FileForm, npz: &mut Npz) -> Result<IntegerNet, Ne
                     Mantissas::Conv(there, _) => conv == Some(there),
                 }
         });
-        if let Some((_, known)) = known {
+        if let Some((first, known)) = known {
+            if known.sources.contains(&source) {
+                let (from, onto, weights) = (&p.src, &p.dst, &p.w);
+                return Err(wrong(format!(
+                    "from {from} onto {onto} with weights {weights}, as projection {}; leave one out, \
+                     or give the sum of both",
+                    first.name
+                )));
+            }
             known.sources.push(source);
             continue;
         }
@@ -193,7 +213,7 @@ fn from_form(file: &str, form: FileForm, npz: &mut Npz) -> Result<IntegerNet, Ne
             None => sizes.map(|n| n as u64).to_vec(),
             Some(conv) => conv.weights_shape().map(|n| n as u64).to_vec(),
         };
-        let values = weights_of(file, p, npz.ints(&p.w)?, &shape)?;
+        let values = weights_of(weights_file, p, npz.ints(&p.w)?, &shape)?;
         let weights = match conv {
             None => Mantissas::Dense(values),
             Some(conv) => Mantissas::Conv(conv, values),
@@ -240,6 +260,14 @@ fn check_names(form: &FileForm) -> Result<(), String> {
             ));
         }
     }
+    let visible = |name: &str| name.chars().all(|c| c.is_ascii_graphic() && c != ';');
+    if let Some(population) = form.populations.iter().find(|p| !visible(&p.name)) {
+        return Err(format!(
+            "population {:?}: must be of visible ASCII characters without ';', as it names cores; \
+             rename it",
+            population.name
+        ));
+    }
     for (index, population) in form.populations.iter().enumerate() {
         if form.populations[..index].iter().any(|other| other.name == population.name) {
             return Err(format!(
@@ -267,6 +295,12 @@ fn population(file: &str, form: &PopulationForm) -> Result<IntegerPopulation, Ne
     }
     let threshold_mantissa = match (form.kind.as_str(), form.vth_mant) {
         ("input", _) => None,
+        ("lif", Some(0)) => {
+            return Err(syntax(format!(
+                "population {}: vth_mant = 0, must be 1 or more",
+                form.name
+            )));
+        }
         ("lif", Some(threshold)) => Some(threshold),
         ("lif", None) => {
             return Err(syntax(format!("population {}: vth_mant is missing", form.name)));
@@ -298,6 +332,11 @@ fn convolution(form: &ProjectionForm, sizes: [usize; 2]) -> Result<Option<Conv2d
     let kernel = form.kernel.ok_or_else(|| missing("kernel"))?;
     let stride = form.stride.ok_or_else(|| missing("stride"))?;
     let pad = form.pad.ok_or_else(|| missing("pad"))?;
+    for (key, size) in [("kernel", kernel), ("stride", stride)] {
+        if size == 0 {
+            return Err(format!("{key} = 0, must be 1 or more"));
+        }
+    }
     let conv = Conv2d::new(input, output.channels, [kernel, kernel], stride, pad)?;
     if conv.output() != output {
         return Err(format!("out_shape {output}, but the convolution gives {}", conv.output()));

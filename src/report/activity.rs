@@ -6,6 +6,7 @@ use hw_model::CoreMap;
 use serde::Deserialize;
 use thiserror::Error;
 
+use crate::report::results::slowest_counter;
 use crate::report::tables::synaptic_ops;
 
 /// What the cores of one map did.
@@ -137,9 +138,15 @@ impl CoreActivity {
         (0..self.by_core.len()).map(|core| self.synaptic_ops(core)).fold(0.0, f64::max)
     }
 
+    /// Chip time, in microseconds by a cost table per unit, of the steps in which `core` was the slowest.
+    /// Panics when there is no such core.
+    pub fn slowest_us(&self, core: usize, cost_table: &str) -> f64 {
+        self.per(self.counter(core, &slowest_counter(cost_table))) / 1e6
+    }
+
     /// What a core did, in words that go after others.
     pub(super) fn about(&self, core: usize) -> String {
-        let counter = |name: &str| self.per(self.by_core[core].get(name).copied().unwrap_or(0));
+        let counter = |name: &str| self.per(self.counter(core, name));
         format!(
             "; per {} {:.1} synaptic operations, {:.1} spikes, {:.1} messages",
             self.unit,
@@ -147,6 +154,10 @@ impl CoreActivity {
             counter("updates_spiking"),
             counter("messages")
         )
+    }
+
+    fn counter(&self, core: usize, name: &str) -> u64 {
+        self.by_core[core].get(name).copied().unwrap_or(0)
     }
 
     fn per(&self, count: u64) -> f64 {

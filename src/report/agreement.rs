@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use comfy_table::Table;
+use hw_model::CoreMap;
 use serde::{Deserialize, Serialize};
 
 use crate::evaluate::{Agreement, Comparison};
@@ -44,10 +45,11 @@ pub struct AgreementResult {
 }
 
 impl AgreementResult {
-    /// What `comparison` found in `trials` trials of `seed`. Names: revision, network, digest and
-    /// policy of the core map, arena.
+    /// What `comparison` found in `trials` trials of `seed` with the core map `map`. Names: revision,
+    /// network, policy of the core map, arena.
     pub fn new(
-        [revision, network, map_digest, policy, arena]: [&str; 5],
+        [revision, network, policy, arena]: [&str; 4],
+        map: &CoreMap,
         v_max_m_per_s: f64,
         seed: u64,
         trials: usize,
@@ -57,10 +59,10 @@ impl AgreementResult {
         Self {
             revision: revision.to_owned(),
             network: network.to_owned(),
-            map_digest: map_digest.to_owned(),
+            map_digest: map.digest(),
             policy: policy.to_owned(),
             decisions: used.decisions,
-            counters_by_core: counters_by_core(&used),
+            counters_by_core: counters_by_core(&used, map),
             arena: arena.to_owned(),
             v_max_m_per_s: Some(v_max_m_per_s),
             seed,

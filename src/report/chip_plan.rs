@@ -119,7 +119,7 @@ pub fn layer_table(plan: &ChipPlan) -> Table {
 }
 
 /// The population that has most compartments of each core.
-fn layer_of_core(map: &CoreMap) -> Vec<Option<usize>> {
+pub(super) fn layer_of_core(map: &CoreMap) -> Vec<Option<usize>> {
     let mut most = vec![(0, None); map.cores().len()];
     for (index, population) in map.populations().iter().enumerate() {
         let mut of_core = vec![0u32; map.cores().len()];

@@ -175,7 +175,9 @@ impl Report {
             if item["content"].get("items").is_some() {
                 return Err(form("a report within a report"));
             }
-            self.add(name, &item["content"].to_string())?;
+            let place = format!("{file}: {name}");
+            self.add(&place, &item["content"].to_string())?;
+            self.items.last_mut().expect("one was added").file = name.to_owned();
         }
         Ok(())
     }
@@ -206,11 +208,14 @@ impl Report {
                 Content::Agreement(result) => {
                     maps.push((result.network.clone(), result.map_digest.clone()));
                 }
-                Content::Success(_)
+                Content::Success(success) => maps.extend(success.cells.iter().filter_map(|cell| {
+                    Some((cell.network.clone(), cell.core_map_digest.clone()?))
+                })),
+                // A study has many: they are in its table of digests.
+                Content::Study(_)
                 | Content::Table5(_)
                 | Content::Thresholds(_)
-                | Content::Reproduction(_)
-                | Content::Study(_) => {}
+                | Content::Reproduction(_) => {}
             }
         }
         maps.sort_unstable();

@@ -30,8 +30,9 @@ fn cell(network: &str, map: &str, seed: u64, success: usize) -> Cell {
     Cell {
         network: network.to_owned(),
         network_digest: None,
+        core_map_digest: None,
         map: map.to_owned(),
-        map_digest: String::new(),
+        arena_digest: String::new(),
         condition: "dynamic-1.0".to_owned(),
         degraded: None,
         seed,

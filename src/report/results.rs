@@ -10,6 +10,7 @@ use crate::closed_loop::{MoverContact, Outcome, TrialConfig};
 use crate::cost::{Ops, artificial_ops};
 use crate::evaluate::{Driver, Flown};
 use crate::host::{ChipUse, Deployment};
+use crate::report::chip_plan::layer_of_core;
 use crate::report::contacts::Contacts;
 use crate::report::table_file::{Unreadable, of_format};
 use crate::world::World;
@@ -301,6 +302,10 @@ pub struct DriverResult {
     /// chip drove.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counters_by_core: Vec<BTreeMap<String, u64>>,
+    /// For each cost table, the chip time of the steps whose slowest core was of a layer, by the
+    /// layer's name; barriers are not in it. Empty when no chip drove.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub slowest_layers_ps: BTreeMap<String, BTreeMap<String, u64>>,
     /// Every trial.
     pub trials: Vec<TrialResult>,
 }
@@ -391,13 +396,41 @@ impl CostTableNote {
     }
 }
 
-/// Counters that are not 0, core by core.
-pub fn counters_by_core(used: &ChipUse) -> Vec<BTreeMap<String, u64>> {
-    let counted = |counts: &hw_model::OpCounts| {
-        let named = counts.named().into_iter().filter(|(_, n)| *n > 0);
-        named.map(|(name, n)| (name.to_owned(), n)).collect()
+/// Counters that are not 0, core by core; [`slowest_counter`] among them. `map` is the core map that
+/// was used.
+pub fn counters_by_core(used: &ChipUse, map: &CoreMap) -> Vec<BTreeMap<String, u64>> {
+    let tables = &map.chip().cost_tables;
+    let slowest = |core: usize| {
+        let of_core = used.slowest_ps.iter().skip(core * tables.len());
+        tables.iter().zip(of_core).map(|(table, ps)| (slowest_counter(&table.name), *ps))
     };
-    used.by_core.iter().map(counted).collect()
+    let counted = |(core, counts): (usize, &hw_model::OpCounts)| {
+        let named = counts.named().into_iter().map(|(name, n)| (name.to_owned(), n));
+        named.chain(slowest(core)).filter(|(_, n)| *n > 0).collect()
+    };
+    used.by_core.iter().enumerate().map(counted).collect()
+}
+
+/// Name of a core's counter of the chip time, in picoseconds by a cost table, of the steps in which
+/// it was the slowest core.
+pub fn slowest_counter(cost_table: &str) -> String {
+    format!("slowest_ps.{cost_table}")
+}
+
+/// See [`DriverResult::slowest_layers_ps`]. A core counts for the layer that it has most of.
+fn slowest_layers_ps(used: &ChipUse, map: &CoreMap) -> BTreeMap<String, BTreeMap<String, u64>> {
+    let (tables, populations) = (&map.chip().cost_tables, map.populations());
+    let mut of_tables = BTreeMap::new();
+    for (index, table) in tables.iter().enumerate() {
+        let mut of_layers = BTreeMap::new();
+        let of_cores = used.slowest_ps.iter().skip(index).step_by(tables.len());
+        for (layer, ps) in layer_of_core(map).into_iter().zip(of_cores).filter(|(_, ps)| **ps > 0) {
+            let name = layer.map_or("no layer", |layer| &populations[layer].name[..]);
+            *of_layers.entry(name.to_owned()).or_default() += ps;
+        }
+        of_tables.insert(table.name.clone(), of_layers);
+    }
+    of_tables
 }
 
 impl ChipResult {
@@ -488,6 +521,7 @@ impl DriverResult {
             .iter()
             .filter_map(|f| f.chip.as_ref())
             .for_each(|one| *used.get_or_insert_default() += one);
+        let of_chip = used.as_ref().zip(map);
         let shape = driver.deployment().and_then(Deployment::eem_san_shape);
         let artificial = shape.as_ref().map(artificial_ops);
         let summary = Summary { artificial, ..Summary::new(flown, price(&used)) };
@@ -500,7 +534,10 @@ impl DriverResult {
             camera: driver.needs_camera(),
             cost_tables: map.map_or_else(Vec::new, |map| CostTableNote::all(map)),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
-            counters_by_core: used.as_ref().map_or_else(Vec::new, counters_by_core),
+            counters_by_core: of_chip
+                .map_or_else(Vec::new, |(used, map)| counters_by_core(used, map)),
+            slowest_layers_ps: of_chip
+                .map_or_else(BTreeMap::new, |(used, map)| slowest_layers_ps(used, map)),
             summary,
             trials: flown.iter().map(|f| TrialResult::new(f, price(&f.chip))).collect(),
         }

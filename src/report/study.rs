@@ -10,7 +10,7 @@ use crate::report::interval::{sign_test, wilson_95};
 use crate::report::results::Summary;
 use crate::report::success::SuccessSettings;
 use crate::report::table_file::{TableError, check_settings, table_of};
-use crate::report::tables::{micro, plain, synaptic_ops};
+use crate::report::tables::{micro, overflow_line, plain, synaptic_ops};
 use crate::study::Variant;
 
 /// Version of the JSON form.
@@ -44,8 +44,9 @@ pub struct StudySettings {
     pub network_digest: String,
     /// The map as it was typed.
     pub map: String,
-    /// SHA-256 of the map.
-    pub map_digest: String,
+    /// SHA-256 of the map's arena.
+    #[serde(alias = "map_digest")]
+    pub arena_digest: String,
     /// Name of the condition.
     pub condition: String,
     /// Seed of the random streams.
@@ -90,6 +91,9 @@ pub enum PointResult {
 pub struct OnChip {
     /// SHA-256 of the core map and what the host adds to it, before any damage.
     pub digest: String,
+    /// SHA-256 of the core map alone; empty in files of earlier versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub core_map_digest: String,
     /// Cores in use.
     pub cores: u64,
     /// Synapse memory in use, in words of 64 bit.
@@ -118,8 +122,8 @@ pub enum StudyError {
     Table(#[from] TableError),
     /// Outcomes do not add up to the trials.
     #[error(
-        "{file}: {point}: outcomes {outcomes:?} do not go with {trials} trials and {success} \
-         successes; the file is damaged, give another one"
+        "{file}: {point}: outcomes {outcomes:?} do not go with {trials} trials, {success} \
+         successes and the contacts; the file is damaged, give another one"
     )]
     Outcomes {
         /// The file.
@@ -172,6 +176,7 @@ impl Tried {
         self.outcomes.len() == trials
             && s.trials == trials
             && [count(SUCCESS), count('c'), count('t')] == [s.success, s.collision, s.time_out]
+            && s.contacts.is_none_or(|contacts| contacts.add_up_to(s.collision as u64))
     }
 }
 
@@ -231,6 +236,13 @@ impl StudyTable {
     }
 }
 
+impl OnChip {
+    /// SHA-256 of the core map; in files of earlier versions with what the host adds to it.
+    pub fn map_digest(&self) -> &str {
+        if self.core_map_digest.is_empty() { &self.digest } else { &self.core_map_digest }
+    }
+}
+
 impl Point {
     /// What it did, if it flew.
     pub fn flown(&self) -> Option<&OnChip> {
@@ -241,20 +253,23 @@ impl Point {
     }
 }
 
-/// The rows of a study, and below why some variants did not fly.
+/// The rows of a study, and below what there is to say of some.
 pub fn study_text(table: &StudyTable) -> String {
-    let refused: String = refusals(table).iter().map(|why| format!("\n{why}")).collect();
-    format!("{}{refused}", study_table(table))
+    let remarks: String = remarks(table).iter().map(|remark| format!("\n{remark}")).collect();
+    format!("{}{remarks}", study_table(table))
 }
 
-/// Variants that did not fly, and why.
-pub fn refusals(table: &StudyTable) -> Vec<String> {
+/// Variants that did not fly, and why; those whose registers overflowed.
+pub fn remarks(table: &StudyTable) -> Vec<String> {
     let rows = table.axes.iter().flat_map(|axis| axis.rows.iter().map(|row| (&axis.name, row)));
-    let why = rows.filter_map(|(axis, (value, variant))| match &table.find(variant)?.result {
+    let remarks = rows.filter_map(|(axis, (value, variant))| match &table.find(variant)?.result {
         PointResult::Refused(why) => Some(format!("{axis} {value} does not fly: {why}")),
-        PointResult::Flown(_) => None,
+        PointResult::Flown(flown) => {
+            let overflow = flown.tried.summary.chip.as_ref().and_then(overflow_line)?;
+            Some(format!("{axis} {value}: registers overflowed: {overflow}"))
+        }
     });
-    why.collect()
+    remarks.collect()
 }
 
 /// A row for each value of every axis, the float network first.

@@ -67,12 +67,17 @@ pub struct SuccessSettings {
 pub struct Cell {
     /// The network as it was typed.
     pub network: String,
-    /// SHA-256 of the network or core map; `None` for a driver without one.
+    /// SHA-256 of the network, or of the core map and what the host adds to it; `None` for a driver without
+    /// one.
     pub network_digest: Option<String>,
+    /// SHA-256 of the core map that flew; `None` when no chip drove.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub core_map_digest: Option<String>,
     /// The map as it was typed.
     pub map: String,
-    /// SHA-256 of the map.
-    pub map_digest: String,
+    /// SHA-256 of the map's arena.
+    #[serde(alias = "map_digest")]
+    pub arena_digest: String,
     /// Name of the condition.
     pub condition: String,
     /// Name of what was degraded; `None` when nothing was.
@@ -249,8 +254,8 @@ impl SuccessTable {
             if cell.network == network.0 && found != network.1 {
                 return Err(changed("network", network.0, found, network.1));
             }
-            if cell.map == map.0 && cell.map_digest != map.1 {
-                return Err(changed("map", map.0, Some(&cell.map_digest), Some(map.1)));
+            if cell.map == map.0 && cell.arena_digest != map.1 {
+                return Err(changed("map", map.0, Some(&cell.arena_digest), Some(map.1)));
             }
         }
         Ok(())

@@ -127,6 +127,27 @@ pub fn host_line(chip: &ChipResult, decisions: u64) -> Option<String> {
     (!chip.host_counters.is_empty()).then(|| parts.join(", "))
 }
 
+/// What the steps of a decision waited for by each cost table: layers with the slowest core, the
+/// longest first, then barriers. Nothing when no chip drove.
+pub fn waiting_lines(driver: &DriverResult) -> Vec<String> {
+    let Some(chip) = &driver.summary.chip else { return Vec::new() };
+    let decisions = driver.summary.decisions.max(1) as f64;
+    let line = |(table, of_layers): (&String, &std::collections::BTreeMap<String, u64>)| {
+        let cost = chip.costs.get(table)?;
+        let mut parts: Vec<(&str, u64)> =
+            of_layers.iter().map(|(layer, ps)| (layer.as_str(), *ps)).collect();
+        parts.sort_by_key(|(_, ps)| core::cmp::Reverse(*ps));
+        parts.push(("barriers", cost.barrier_ps));
+        let said = |(name, ps): (&str, u64)| {
+            let share = 100.0 * ps as f64 / cost.time_ps.max(1) as f64;
+            format!("{name} {:.1} us ({share:.0} %)", ps as f64 / decisions / 1e6)
+        };
+        let parts: Vec<String> = parts.into_iter().map(said).collect();
+        Some(format!("steps of a decision wait for {} ({table})", parts.join(", ")))
+    };
+    driver.slowest_layers_ps.iter().filter_map(line).collect()
+}
+
 fn updates(chip: &ChipResult) -> u64 {
     let names = ["updates_inactive", "updates_active", "updates_spiking"];
     names.iter().fold(0, |sum, name| sum.saturating_add(counter(chip, name)))

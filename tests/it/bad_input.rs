@@ -639,7 +639,7 @@ fn spike_files_with_bad_arrays_are_refused() {
             one.clone(),
             "larger than the data",
         ),
-        (nested, one.clone(), "brackets in its header, limit 64"),
+        (nested, one.clone(), "brackets in its header, limit 6 (BRACKETS_MAX)"),
         (b"hello".to_vec(), one, "array in_t: is not a NumPy array"),
     ];
     for (steps, lines, part) in cases {
@@ -655,6 +655,13 @@ fn a_far_spike_is_no_error_when_the_steps_are_given() {
     folder.write("in.npz", archive(&longs(&[0, i64::MAX]), &longs(&[6, 6])));
     let ran = folder.good("run reflex.map --spikes in.npz --steps 4");
     assert!(ran.out.contains("2 input spikes, 1 of them after the last step"), "{}", ran.out);
+    let one = ["in_t", "in_i", "bias_t", "bias_i", "out_t", "out_i", "W"];
+    let arrays = one.map(|name| (name.to_owned(), vec![0]));
+    folder.write("in.npz", npz::to_bytes(&arrays).unwrap());
+    let ran = folder.good("run reflex.map --spikes in.npz --json r.json");
+    assert!(ran.out.contains("\nnot injected, as no port has that name: out\n"), "{}", ran.out);
+    let input = serde_json::json!({ "spikes": 2, "late": 0, "repeated": 0 });
+    assert_eq!(folder.json("r.json")["input"], input);
     // Numbers without a sign are as good.
     let unsigned = npy("<u8", "False", "(1,)", &2u64.to_le_bytes());
     folder.write("in.npz", archive(&unsigned, &longs(&[6])));
@@ -712,10 +719,29 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
         ("\"n\": 2", "\"n\": 3", "tensor W: shape [2, 1] found, shape [3, 1] expected"),
         ("\"n\": 2", "\"n\": 0", "population in: n = 0, must be 1..=1048576"),
         ("\"vth_mant\": 10", "\"vth_mant\": -10", "invalid value: integer `-10`"),
-        ("\"vth_mant\": 10", "\"vth_mant\": 0", "= 0, must be 1..=131071"),
+        (
+            "\"vth_mant\": 10",
+            "\"vth_mant\": 0",
+            "n.json: population out: vth_mant = 0, must be 1 or more",
+        ),
+        (
+            "\"vth_mant\": 10",
+            "\"vth_mant\": 200000",
+            "n.json: core 0 (out), group 0: threshold mantissa = 200000, must be 1..=131071",
+        ),
+        (
+            "\"w\": \"W\"}",
+            "\"w\": \"W\"}, {\"name\": \"q\", \"src\": \"in\", \"dst\": \"out\", \"kind\": \"dense\", \"w\": \"W\"}",
+            "n.json: projection q: from in onto out with weights W, as projection p; leave one out",
+        ),
+        (
+            "\"name\": \"out\"",
+            "\"name\": \"o t\"",
+            "n.json: population \"o t\": must be of visible ASCII",
+        ),
         ("\"vth_mant\": 10", "\"bias\": 0", "population out: vth_mant is missing"),
         ("\"vth_mant\": 10", "\"vth_mant\": 1, \"bias\": 4", "population out: bias = 4"),
-        ("\"delta_u\": 2048", "\"delta_u\": 5000", "= 5000, must be 0..=4096"),
+        ("\"delta_u\": 2048", "\"delta_u\": 5000", "n.json: delta_u = 5000, must be 0..=4096"),
         ("\"name\": \"out\"", "\"name\": \"in\"", "population \"in\": name given twice"),
         ("\"delta_v\": 1024", "\"delta_v\": 1024, \"dt\": 1", "the file: unknown key \"dt\""),
         (
@@ -738,14 +764,19 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
     for weights in [[3, 0], [256, 0], [0, -258], [i64::MAX, 0]] {
         folder.write("n.npz", integer_weights(weights));
         let part = "found, even mantissas in -256..=254 expected";
-        refused(&folder, "compile n.json -o out.map", &["layer out: tensor W: weight", part]);
+        refused(
+            &folder,
+            "compile n.json -o out.map",
+            &["n.npz: layer out: tensor W: weight", part],
+        );
     }
     refused(&folder, "compile n.json --policy san -o out.map", &["--policy san cannot apply"]);
-    refused(
-        &folder,
-        &format!("drive n.json {DRIVE}"),
-        &["without encoder and decoder cannot drive"],
-    );
+    let text =
+        "n.json: an integer network without encoder and decoder cannot drive; compile it and use";
+    refused(&folder, &format!("drive n.json {DRIVE}"), &[text]);
+    refused(&folder, "study n.json --trials 1", &[text]);
+    folder.write("n.trace", "network n.json\n");
+    refused(&folder, "trace record n.trace", &[text]);
     refused(
         &folder,
         &format!("drive n.map {DRIVE}"),
@@ -772,7 +803,8 @@ fn convolutions_whose_parts_do_not_go_together_are_refused() {
         ("\"in_shape\": [1, 2, 1], ", "", "projection p: in_shape is missing, a conv2d has it"),
         ("\"stride\": 2, ", "", "projection p: stride is missing"),
         (", \"pad\": 0", "", "projection p: pad is missing"),
-        ("\"kernel\": 1", "\"kernel\": 0", "projection p: a size is 0, must be 1..=16777216"),
+        ("\"kernel\": 1", "\"kernel\": 0", "projection p: kernel = 0, must be 1 or more"),
+        ("\"stride\": 2", "\"stride\": 0", "projection p: stride = 0, must be 1 or more"),
         ("\"kernel\": 1", "\"kernel\": 3", "kernel 3 is larger than 2 pixels with pad 0"),
         ("\"pad\": 0", "\"pad\": 1", "pad = 1, must be below the kernel of [1, 1]"),
         ("\"stride\": 2", "\"stride\": 1", "out_shape 2x1x1, but the convolution gives 2x2x1"),
@@ -817,6 +849,15 @@ fn results_of_another_form_are_refused() {
         folder.write("r.json", text);
         refused(&folder, "report r.json -o out.html", &[part]);
     }
+    // Of an item of a report it is the report that errors name.
+    let item = r#"{"file": "good.json", "content": {"drivers": [], "pairs_mm": []}}"#;
+    folder.write("r.json", format!(r#"{{"format": 1, "revision": "x", "items": [{item}]}}"#));
+    refused(
+        &folder,
+        "report r.json -o out.html",
+        &["r.json: good.json: not a result of `spikeloop dr"],
+    );
+    folder.write("r.json", "");
     folder.good("drive straight --trials 2 --seed 3 --json good.json");
     refused(&folder, "report good.json r.json -o out.html", &["r.json: not JSON"]);
     let good = folder.json("good.json");
@@ -841,11 +882,17 @@ fn traces_that_cannot_be_run_are_refused_and_stay_as_they_are() {
         ("", "x.trace"),
         ("network nobody\n", "nobody: neither a file nor a built-in network"),
         ("loop reflex\ntrial 99999999999\n", "x.trace:2: trial 99999999999"),
-        ("loop reflex\ntrial 20000\n", "limit 10000 (PAIRS_MAX)"),
+        (
+            "loop reflex\ntrial 20000\n",
+            "x.trace:2: trial 20000; expected a whole number of 0 to 9999",
+        ),
         ("chip loihi1\nsugar\nrun 3\n", "x.trace:2: "),
         ("chip loihi1\nrun 99999999999999\n", "x.trace:2: "),
         ("network reflex\nseed -1\n", "x.trace:2: seed -1; expected a whole number"),
-        ("network reflex\ndecisions 0\n", "x.trace:2: decisions 0; expected 1 or more"),
+        (
+            "network reflex\ndecisions 0\n",
+            "x.trace:2: decisions 0; expected a whole number of 1 to",
+        ),
     ];
     for (text, part) in cases {
         folder.write("x.trace", text);

@@ -350,6 +350,40 @@ fn inspect_colours_the_chip_by_what_run_and_drive_counted() {
 }
 
 #[test]
+fn what_steps_wait_for_adds_up_to_the_time_of_the_chip() {
+    let folder = Folder::new();
+    reflex_map(&folder);
+    folder.write("in.npz", reflex_spikes(&[0, 9], &[6, 7]));
+    folder.good("run reflex.map --spikes in.npz --json run.json");
+    let drive = "drive reflex.map straight --trials 2 --ticks-max 30 --json drive.json";
+    let drove = folder.good(drive).out;
+    let driver = &folder.json("drive.json")["drivers"][0];
+    let n = driver["summary"]["decisions"].as_f64().unwrap();
+    let number = |value: &Value| value.as_u64().unwrap_or(0);
+    for table in ["davies2018", "sanafe"] {
+        let cost = &driver["summary"]["chip"]["costs"][table];
+        let cores_ps = number(&cost["time_ps"]) - number(&cost["barrier_ps"]);
+        let layers = driver["slowest_layers_ps"][table].as_object().unwrap();
+        assert_eq!(layers.values().map(number).sum::<u64>(), cores_ps);
+        let by_core = driver["counters_by_core"].as_array().unwrap();
+        let of_core = |core: &Value| number(&core[format!("slowest_ps.{table}")]);
+        assert_eq!(by_core.iter().map(of_core).sum::<u64>(), cores_ps);
+        let barriers = number(&cost["barrier_ps"]) as f64 / n / 1e6;
+        assert!(drove.contains(&format!("barriers {barriers:.1} us (")), "{drove}");
+        for (layer, ps) in layers {
+            let said = format!(" {layer} {:.1} us (", number(ps) as f64 / n / 1e6);
+            assert!(drove.contains(&said), "{drove} does not say{said}");
+        }
+    }
+    for (file, unit) in [("run.json", "chip step"), ("drive.json", "decision")] {
+        let inspected = folder.good(&format!("inspect reflex.map --activity {file}")).out;
+        let title =
+            format!("| syn. ops per {unit} | slowest (us, davies2018) | slowest (us, sanafe) |");
+        assert!(inspected.contains(&title), "{inspected}");
+    }
+}
+
+#[test]
 fn a_convolutional_network_goes_through_files_and_gives_the_golden_spikes() {
     let Some(net) = shared("nets/conv.json") else { return };
     let folder = Folder::new();

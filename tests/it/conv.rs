@@ -283,7 +283,8 @@ fn check(case: &Case) -> Result<Option<usize>, TestCaseError> {
         let mut record = SpikeRecord::all(&map);
         engine.run(&stimulus, &mut record);
         prop_assert_eq!(&record.by_population(&map), &expected);
-        seen.push((engine.core_counts(), engine.total_counts(), engine.chip_time_ps().to_vec()));
+        let times = (engine.chip_time_ps().to_vec(), engine.slowest_ps().to_vec());
+        seen.push((engine.core_counts(), engine.total_counts(), times));
     }
     prop_assert!(seen.windows(2).all(|pair| pair[0] == pair[1]), "counters differ");
     let text = map.to_text();

@@ -51,6 +51,30 @@ fn a_study_has_a_row_for_every_value_and_a_plot_for_every_axis() {
 }
 
 #[test]
+fn studies_side_by_side_keep_all_points_in_one_state_file() {
+    let folder = Folder::new();
+    let axes = ["bits", "lost-spikes", "dead-synapses", "neurons-per-core"];
+    let study = |axis: &str| {
+        let line = format!(
+            "study reflex --axis {axis} --map courtyard --trials 1 --ticks-max 3 --state s.json"
+        );
+        line.split(' ').map(str::to_owned).collect::<Vec<String>>()
+    };
+    let start = |axis: &&str| folder.command().args(study(axis)).output();
+    let outputs: Vec<_> = std::thread::scope(|scope| {
+        let running: Vec<_> = axes.iter().map(|axis| scope.spawn(move || start(axis))).collect();
+        running.into_iter().map(|one| one.join().unwrap().unwrap()).collect()
+    });
+    assert!(outputs.iter().all(|output| output.status.success()));
+    for axis in axes {
+        let again = folder.good(&study(axis).join(" "));
+        let words: Vec<&str> =
+            again.out.lines().find(|l| l.contains("state file")).unwrap().split(' ').collect();
+        assert_eq!(words[0], words[2], "{axis}: {}", again.out);
+    }
+}
+
+#[test]
 fn a_study_goes_on_and_ends_as_one_that_was_not_interrupted_on_any_threads() {
     let folder = Folder::new();
     folder.good(&format!("{SMALL} --threads 1 --json whole.json"));

@@ -235,6 +235,18 @@ fn checkpoint_of_another_configuration_or_damaged_is_refused_and_kept() {
 }
 
 #[test]
+fn one_training_at_a_time_writes_into_a_folder() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("a")).unwrap();
+    let other = spikeloop::files::OwnFolder::take(&folder.path("a")).unwrap();
+    let text = "a: another run writes there; wait for its end, or give another folder";
+    refused(&folder, "train hsvae --quick --rounds 1 --out a", &[text]);
+    assert_eq!(std::fs::read_dir(folder.path("a")).unwrap().count(), 0);
+    drop(other);
+    folder.good("train hsvae --quick --rounds 1 --out a");
+}
+
+#[test]
 fn training_never_writes_over_what_it_reads() {
     let folder = Folder::new();
     folder.good("train actor --quick --rounds 1 --out t");

@@ -5,9 +5,11 @@
 
 use std::sync::Arc;
 
-use super::{Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults};
+use super::slowest::{ChipTime, Slowest};
+use super::{Engine, Spike, SpikeRecord, Stimulus, barriers_ps, check_faults};
 use crate::compartment::{CompartmentParams, CompartmentState, Widths, update};
 use crate::core_map::{Core, CoreMap};
+use crate::cost::CostTable;
 use crate::counters::OpCounts;
 use crate::faults::Faults;
 use crate::id::{AxonIdx, CompartmentIdx, CoreId};
@@ -31,8 +33,7 @@ pub struct DenseEngine {
     shared: Vec<Vec<bool>>,
     counts: Vec<OpCounts>,
     chip_counts: OpCounts,
-    barriers_ps: Vec<u64>,
-    time_ps: Vec<u64>,
+    time: ChipTime,
     now: u64,
 }
 
@@ -62,8 +63,7 @@ impl DenseEngine {
             shared: map.cores().iter().map(shared_lists).collect(),
             counts: vec![OpCounts::default(); map.cores().len()],
             chip_counts: OpCounts::default(),
-            time_ps: vec![0; barriers_ps.len()],
-            barriers_ps,
+            time: ChipTime::new(map.cores().len(), barriers_ps),
             now: 0,
             map,
         }
@@ -185,16 +185,15 @@ impl DenseEngine {
     }
 
     fn add_time(&mut self, before: &[OpCounts]) {
-        let tables = &self.map.chip().cost_tables;
-        let slowest: Vec<u64> = tables
-            .iter()
-            .map(|table| {
-                let of_core =
-                    |(now, before): (&OpCounts, &OpCounts)| table.core_time_ps(&(*now - *before));
-                self.counts.iter().zip(before).map(of_core).max().unwrap_or(0)
-            })
-            .collect();
-        add_step_time(&mut self.time_ps, &slowest, &self.barriers_ps);
+        let slowest = |table: &CostTable| {
+            let mut slowest = Slowest::default();
+            for (core, (now, before)) in self.counts.iter().zip(before).enumerate() {
+                slowest.see(core, table.core_time_ps(&(*now - *before)));
+            }
+            slowest
+        };
+        let slowest: Vec<Slowest> = self.map.chip().cost_tables.iter().map(slowest).collect();
+        self.time.add(&slowest);
     }
 }
 
@@ -238,7 +237,11 @@ impl Engine for DenseEngine {
     }
 
     fn chip_time_ps(&self) -> &[u64] {
-        &self.time_ps
+        &self.time.total_ps
+    }
+
+    fn slowest_ps(&self) -> &[u64] {
+        &self.time.slowest_ps
     }
 
     fn reset(&mut self) {

@@ -12,9 +12,8 @@ use pulp::{Arch, NullaryFnOnce};
 
 use super::barrier::StepBarrier;
 use super::plan::{Fan, Plan};
-use super::{
-    Engine, Spike, SpikeRecord, Stimulus, add_step_time, barriers_ps, check_faults, lanes,
-};
+use super::slowest::{ChipTime, Slowest};
+use super::{Engine, Spike, SpikeRecord, Stimulus, barriers_ps, check_faults, lanes};
 use crate::compartment::{CompartmentState, Widths};
 use crate::core_map::CoreMap;
 use crate::counters::OpCounts;
@@ -57,8 +56,7 @@ pub struct EventEngine {
     spikes: [SpikeSets; 2],
     faults: Faults,
     chip_counts: OpCounts,
-    barriers_ps: Vec<u64>,
-    time_ps: Vec<u64>,
+    time: ChipTime,
     now: u64,
 }
 
@@ -104,8 +102,7 @@ impl EventEngine {
             spikes: [SpikeSets::new(&plan.source_sizes), SpikeSets::new(&plan.source_sizes)],
             faults: Faults::default(),
             chip_counts: OpCounts::default(),
-            time_ps: vec![0; barriers_ps.len()],
-            barriers_ps,
+            time: ChipTime::new(plan.cores.len(), barriers_ps),
             now: 0,
             plan,
             map,
@@ -175,8 +172,8 @@ struct Work<'a> {
 #[derive(Debug, Default)]
 struct Share {
     spikes: Vec<Spike>,
-    /// Time of the slowest core of this thread, step by step, table by table.
-    slowest_ps: Vec<u64>,
+    /// The slowest core of this thread, step by step, table by table.
+    slowest: Vec<Slowest>,
 }
 
 impl NullaryFnOnce for Work<'_> {
@@ -187,11 +184,12 @@ impl NullaryFnOnce for Work<'_> {
         let run = self.run;
         let tables = run.plan.core_times.len();
         let steps = run.stimulus.steps();
-        let mut share = Share { spikes: Vec::new(), slowest_ps: vec![0; steps * tables] };
+        let none = Slowest::default();
+        let mut share = Share { spikes: Vec::new(), slowest: vec![none; steps * tables] };
         let member = run.barrier.member();
         for step in 0..steps {
-            let slowest_ps = &mut share.slowest_ps[step * tables..][..tables];
-            self.step(step, slowest_ps, &mut share.spikes);
+            let slowest = &mut share.slowest[step * tables..][..tables];
+            self.step(step, slowest, &mut share.spikes);
             if !member.wait() {
                 break;
             }
@@ -202,7 +200,7 @@ impl NullaryFnOnce for Work<'_> {
 
 impl Work<'_> {
     #[inline(always)]
-    fn step(&mut self, step: usize, slowest_ps: &mut [u64], spikes: &mut Vec<Spike>) {
+    fn step(&mut self, step: usize, slowest: &mut [Slowest], spikes: &mut Vec<Spike>) {
         let run = self.run;
         let now = run.start + step as u64;
         let [before, under_way] = match now % 2 {
@@ -231,8 +229,8 @@ impl Work<'_> {
                 let sums = core.deliver((plan, weights), arrived, pushed, self.batch, &mut done);
                 core.update(plan, (&run.widths, run.fast), sums, under_way_here, &mut done);
                 if COUNTED {
-                    for (slowest, times) in slowest_ps.iter_mut().zip(&run.plan.core_times) {
-                        *slowest = (*slowest).max(times.of(&done));
+                    for (slowest, times) in slowest.iter_mut().zip(&run.plan.core_times) {
+                        slowest.see(core_id, times.of(&done));
                     }
                     core.counts += &done;
                 }
@@ -359,7 +357,11 @@ impl Engine for EventEngine {
     }
 
     fn chip_time_ps(&self) -> &[u64] {
-        &self.time_ps
+        &self.time.total_ps
+    }
+
+    fn slowest_ps(&self) -> &[u64] {
+        &self.time.slowest_ps
     }
 
     fn reset(&mut self) {
@@ -399,16 +401,17 @@ impl EventEngine {
     /// Puts together what the threads bring back, in an order that does not depend on them.
     fn merge(&mut self, shares: Vec<Share>, stimulus: &Stimulus, record: &mut SpikeRecord) {
         let steps = stimulus.steps();
-        let tables = self.time_ps.len();
-        let mut slowest = vec![0; tables];
+        let tables = self.time.total_ps.len();
+        let mut slowest = vec![Slowest::default(); tables];
         for step in 0..steps {
-            slowest.fill(0);
+            slowest.fill(Slowest::default());
+            // Threads have cores in their order.
             for share in &shares {
-                for (all, one) in slowest.iter_mut().zip(&share.slowest_ps[step * tables..]) {
-                    *all = (*all).max(*one);
+                for (all, one) in slowest.iter_mut().zip(&share.slowest[step * tables..]) {
+                    all.see(usize::from(one.core), one.ps);
                 }
             }
-            add_step_time(&mut self.time_ps, &slowest, &self.barriers_ps);
+            self.time.add(&slowest);
             for (port, line) in stimulus.at(step) {
                 let messages = self.plan.port_messages[*port as usize][*line as usize];
                 self.chip_counts.host_injections += u64::from(messages);

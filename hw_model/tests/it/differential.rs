@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use hw_model::compartment::CompartmentState;
 use hw_model::core_map::{Core, HostPort};
+use hw_model::cost::CostTable;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
 use hw_model::id::{CompartmentIdx, CoreId};
 use hw_model::trace::{Detail, observe, total_lines};
@@ -38,8 +39,20 @@ pub(crate) fn seen(engine: &dyn Engine, record: &SpikeRecord) -> Vec<String> {
     }
     lines.extend(engine.core_counts().iter().map(|counts| format!("{counts:?}")));
     lines.extend(total_lines(engine));
+    lines.push(format!("slowest {:?}", engine.slowest_ps()));
+    assert_eq!(waited(engine), engine.chip_time_ps());
     lines.push(format!("now {}", engine.now()));
     lines
+}
+
+/// Time of slowest cores, all cores together, and of barriers.
+fn waited(engine: &dyn Engine) -> Vec<u64> {
+    let (tables, tiles) = (&engine.map().chip().cost_tables, engine.map().tiles_in_use());
+    let of_table = |(index, table): (usize, &CostTable)| {
+        let cores = engine.slowest_ps().chunks_exact(tables.len()).map(|of_core| of_core[index]);
+        cores.sum::<u64>() + engine.total_counts().barriers * table.barrier_ps(tiles)
+    };
+    tables.iter().enumerate().map(of_table).collect()
 }
 
 pub(crate) fn run_whole(mut engine: Box<dyn Engine>, stimulus: &Stimulus) -> Vec<String> {
@@ -230,6 +243,41 @@ fn moved(parts: &CoreMapParts, order: &[usize]) -> CoreMapParts {
         port.targets.sort_unstable();
     }
     moved
+}
+
+#[test]
+fn a_step_waits_for_its_slowest_core_and_for_the_first_of_equals() {
+    // Core 2 has twice the compartments of core 0; core 1 is as slow as core 0.
+    let text = "\
+chip loihi1
+core 000 label a
+core 000 group cx=0000..0002 decay_u=0 decay_v=0 vth=1000 bias=0<<0 refractory=1
+core 001 label b
+core 001 group cx=0000..0002 decay_u=0 decay_v=0 vth=1000 bias=0<<0 refractory=1
+core 002 label c
+core 002 group cx=0000..0004 decay_u=0 decay_v=0 vth=1000 bias=0<<0 refractory=1
+population p core=000 cx=0000..0002
+population q core=001 cx=0000..0002
+population r core=002 cx=0000..0004
+";
+    let parts = CoreMapParts::from_text("p", text, ChipSpec::loihi1()).unwrap();
+    let map = Arc::new(CoreMap::new(parts).unwrap());
+    let tables = &map.chip().cost_tables;
+    let idle = |n: u64, table: &CostTable| {
+        let counts = OpCounts { updates_inactive: n, ..OpCounts::default() };
+        table.core_time_ps(&counts)
+    };
+    let of_core = |n: u64, steps: u64| tables.iter().map(move |table| steps * idle(n, table));
+    for mut engine in [dense(&map), event(&map, 1), event(&map, 2), event(&map, 3)] {
+        engine.run(&Stimulus::silent(5), &mut SpikeRecord::none());
+        let last: Vec<u64> = of_core(0, 5).chain(of_core(0, 5)).chain(of_core(4, 5)).collect();
+        assert_eq!(engine.slowest_ps(), last);
+        engine.set_held(&[CoreId(2)], true);
+        engine.run(&Stimulus::silent(3), &mut SpikeRecord::none());
+        let both: Vec<u64> = of_core(2, 3).chain(of_core(0, 3)).chain(of_core(4, 5)).collect();
+        assert_eq!(engine.slowest_ps(), both);
+        assert!(both.iter().filter(|ps| **ps > 0).count() == 2 * tables.len(), "prices are 0");
+    }
 }
 
 #[test]

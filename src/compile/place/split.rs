@@ -3,7 +3,8 @@
 //! A step of the chip lasts as long as its slowest core. So cores are shared out so that the busiest of
 //! those that work at the same time has the least to do, by what it did in a run before: its synaptic operations and updates, which its
 //! cores share, the spikes that it gets, which reach each of its cores, and the messages that it
-//! sends, one to each core that its spikes go to.
+//! sends, one to each core that its spikes go to. The barrier at the end of a step lasts longer for more
+//! tiles, so that not all cores that are there need be worth it.
 
 use hw_model::cost::CostTable;
 use hw_model::{ChipSpec, OpCounts};
@@ -18,8 +19,18 @@ pub enum Split {
     Fewest,
     /// With at most so many neurons of a layer on a core (SAN's published mapping has 128).
     NeuronsPerCore(usize),
-    /// Over so many cores, or a few less, shared out so that the busiest core has the least to do.
+    /// Over at most so many cores, as many as make steps shorter, shared out so that the busiest core has
+    /// the least to do.
     Cores(usize),
+}
+
+/// What a network did in a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Work {
+    /// Layer by layer.
+    pub layers: Vec<LayerWork>,
+    /// Steps of the run, each with a barrier.
+    pub steps: u64,
 }
 
 /// What a layer did in a run.
@@ -93,6 +104,14 @@ impl Load {
     }
 }
 
+/// What the barriers of so many steps take on so many cores, in picoseconds: the sum of what the chip's
+/// cost tables say, as in [`Load`].
+pub(super) fn barriers_ps(chip: &ChipSpec, steps: u64, cores: usize) -> u64 {
+    let tiles = cores.div_ceil(usize::from(chip.mesh.cores_per_tile).max(1)) as u32;
+    let of_step = chip.cost_tables.iter().map(|table| table.barrier_ps(tiles)).sum::<u64>();
+    steps.saturating_mul(of_step)
+}
+
 /// A way to cut a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Cut {
@@ -120,10 +139,15 @@ const ROUNDS: usize = 4;
 /// The largest number of neurons on a core of each layer, so that the layers have at most `budget`
 /// cores together, given the ways to cut each (the first has the fewest cores, as by [`useful`]).
 ///
-/// The fullest cores of the busiest layers, one of each phase, have together the least to do that there
-/// is with so many cores, for what layers send in the round before; of several such ways the one with
-/// the fewest cores.
-pub(super) fn share_out(loads: &[Load], cuts: &[Vec<Cut>], budget: usize) -> Vec<usize> {
+/// What the fullest cores of the busiest layers, one of each phase, have to do together, and what
+/// `barriers` says of the number of cores, is the least that there is with so many, for what layers send
+/// in the round before; of several such ways the one with the fewest cores.
+pub(super) fn share_out(
+    loads: &[Load],
+    cuts: &[Vec<Cut>],
+    budget: usize,
+    barriers: &dyn Fn(usize) -> u64,
+) -> Vec<usize> {
     let mut phases: Vec<usize> = loads.iter().map(|load| load.phase).collect();
     phases.sort_unstable();
     phases.dedup();
@@ -135,7 +159,7 @@ pub(super) fn share_out(loads: &[Load], cuts: &[Vec<Cut>], budget: usize) -> Vec
             Layer { phase: load.phase, cuts: cuts.iter().map(busy).collect() }
         });
         let layers: Vec<Layer> = layers.collect();
-        let Some(limits) = least(&layers, &phases, budget) else { break };
+        let Some(limits) = least(&layers, &phases, budget, barriers) else { break };
         let within = |layer: &Layer| {
             let phase = phases.iter().position(|phase| *phase == layer.phase);
             layer.within(limits[phase.expect("its phase is there")])
@@ -165,7 +189,12 @@ type Plan = (usize, u64, Vec<u64>);
 
 /// The busiest core of each phase in the best plan with at most `budget` cores; `None` where there is
 /// none.
-fn least(layers: &[Layer], phases: &[usize], budget: usize) -> Option<Vec<u64>> {
+fn least(
+    layers: &[Layer],
+    phases: &[usize],
+    budget: usize,
+    barriers: &dyn Fn(usize) -> u64,
+) -> Option<Vec<u64>> {
     let mut plans: Vec<Plan> = vec![(0, 0, Vec::new())];
     for phase in phases {
         let layers = || layers.iter().filter(|layer| layer.phase == *phase);
@@ -194,7 +223,8 @@ fn least(layers: &[Layer], phases: &[usize], budget: usize) -> Option<Vec<u64>> 
             }
         }
     }
-    plans.pop().map(|(_, _, limits)| limits)
+    let best = plans.into_iter().min_by_key(|(cores, sum, _)| sum.saturating_add(barriers(*cores)));
+    best.map(|(_, _, limits)| limits)
 }
 
 #[cfg(test)]

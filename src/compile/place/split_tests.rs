@@ -16,7 +16,7 @@ fn cuts(loads: &[Load]) -> Vec<Vec<Cut>> {
 }
 
 fn most(loads: &[Load], budget: usize) -> Vec<usize> {
-    share_out(loads, &cuts(loads), budget)
+    share_out(loads, &cuts(loads), budget, &|_| 0)
 }
 
 /// Cores of each layer.
@@ -84,6 +84,7 @@ proptest! {
     fn no_way_lasts_less(
         layers in prop::collection::vec((1u64..7, 0u64..500, 0u64..50, 0usize..2), 1..5),
         budget in 0usize..12,
+        barrier in 0u64..40,
     ) {
         let of = |(neurons, shared, each, phase): &(u64, u64, u64, usize)| {
             Load { phase: *phase, ..load(*neurons, *shared, *each) }
@@ -100,7 +101,9 @@ proptest! {
         let cores = |most: &[usize]| -> usize {
             loads.iter().zip(most).map(|(load, most)| (load.neurons as usize).div_ceil(*most)).sum()
         };
-        let found = most(&loads, budget);
+        let barriers = |cores: usize| barrier * (cores as u64).div_ceil(2);
+        let lasts = |most: &[usize]| lasts(most) + barriers(cores(most));
+        let found = share_out(&loads, &cuts(&loads), budget, &barriers);
         prop_assert!(cores(&found) <= budget);
         let mut all: Vec<Vec<usize>> = vec![Vec::new()];
         for load in &loads {
@@ -116,13 +119,23 @@ proptest! {
 }
 
 #[test]
+fn cores_whose_barriers_take_more_than_they_save_are_left() {
+    let loads = [load(8, 80, 0)];
+    let most = |barrier: u64| {
+        share_out(&loads, &cuts(&loads), 8, &|cores| barrier * (cores as u64).div_ceil(4))
+    };
+    // 10 with two barriers, 20 with one.
+    assert_eq!((most(9), most(10), most(11)), (vec![1], vec![2], vec![2]));
+}
+
+#[test]
 fn a_picture_is_cut_as_its_tiles_allow() {
     // Two tiles would leave as much on one of them as one, and three take more than are left.
     let tiles = [(8, 1), (8, 2), (4, 3), (2, 9)].map(|(most, cores)| Cut { most, cores });
     let cuts = vec![useful(tiles.into_iter())];
     assert_eq!(cuts[0].len(), 3);
     let loads = [load(8, 80, 0)];
-    assert_eq!(share_out(&loads, &cuts, 2), [8]);
-    assert_eq!(share_out(&loads, &cuts, 8), [4]);
-    assert_eq!(share_out(&loads, &cuts, 9), [2]);
+    assert_eq!(share_out(&loads, &cuts, 2, &|_| 0), [8]);
+    assert_eq!(share_out(&loads, &cuts, 8, &|_| 0), [4]);
+    assert_eq!(share_out(&loads, &cuts, 9, &|_| 0), [2]);
 }

@@ -9,7 +9,7 @@ use crate::report::page::html::{Section, heading, paragraph, picture, table};
 use crate::report::plot::escape;
 use crate::report::results::{Cost, CostTableNote, DriveResult};
 use crate::report::table5::{neurobench_table, ops_table};
-use crate::report::tables::{cost_table, host_line, micro, overflow_line};
+use crate::report::tables::{cost_table, host_line, micro, overflow_line, waiting_lines};
 
 /// What an energy or a time is not.
 const NOTE: &str = "Energy is counts times the named cost table, per decision. No table prices the \
@@ -120,6 +120,9 @@ fn lines(result: &DriveResult) -> String {
         let driver_name = result.name_of(driver);
         if let Some(line) = host_line(chip, driver.summary.decisions) {
             html += &paragraph(&escape(&format!("{driver_name}: host, per decision: {line}.")));
+        }
+        for line in waiting_lines(driver) {
+            html += &paragraph(&escape(&format!("{driver_name}: {line}.")));
         }
         if let Some(line) = overflow_line(chip) {
             html += &paragraph(&escape(&format!("{driver_name}: registers overflowed: {line}")));

@@ -40,8 +40,9 @@ fn origins(item: &Item) -> Vec<[String; 4]> {
         }
         Content::Success(success) => {
             let of = |cell: &crate::report::success::Cell| {
-                let (network, map) = (cell.network.clone(), &cell.map_digest);
-                let digest = or_none(&cell.network_digest);
+                let (network, map) = (cell.network.clone(), &cell.arena_digest);
+                let digest = cell.core_map_digest.as_ref().or(cell.network_digest.as_ref());
+                let digest = or_none(&digest.cloned());
                 [
                     [network, cell.seed.to_string(), cell.revision.clone(), digest],
                     [cell.map.clone(), none(), cell.revision.clone(), map.clone()],
@@ -61,12 +62,13 @@ fn origins(item: &Item) -> Vec<[String; 4]> {
         }
         Content::Study(study) => {
             let s = &study.settings;
-            let of = |tried: &crate::report::study::Tried| {
-                let (network, digest) = (s.network.clone(), s.network_digest.clone());
-                [network, s.seed.to_string(), tried.revision.clone(), digest]
+            let of = |tried: &crate::report::study::Tried, digest: &str| {
+                let (seed, revision) = (s.seed.to_string(), tried.revision.clone());
+                [s.network.clone(), seed, revision, digest.to_owned()]
             };
-            let flown = study.points.iter().filter_map(|point| Some(&point.flown()?.tried));
-            study.float.iter().chain(flown).map(of).collect()
+            let float = study.float.iter().map(|tried| of(tried, &s.network_digest));
+            let flown = study.points.iter().filter_map(|point| point.flown());
+            float.chain(flown.map(|chip| of(&chip.tried, chip.map_digest()))).collect()
         }
         // Its cells are those of the success table beside it.
         Content::Reproduction(_) => Vec::new(),

@@ -3,7 +3,7 @@
 use crate::report::document::{Content, Report};
 use crate::report::page::html::{Section, heading, paragraph, picture, table};
 use crate::report::plot::escape;
-use crate::report::study::{refusals, study_table};
+use crate::report::study::{remarks, study_table};
 use crate::report::study_picture::study_picture;
 
 pub(super) fn section(report: &Report) -> Section {
@@ -15,7 +15,7 @@ pub(super) fn section(report: &Report) -> Section {
         body += &paragraph(&escape(&about.collect::<Vec<_>>().join("; ")));
         body += &picture(&study_picture(study));
         body += &table(&study_table(study));
-        body.extend(refusals(study).iter().map(|why| paragraph(&escape(why))));
+        body.extend(remarks(study).iter().map(|remark| paragraph(&escape(remark))));
     }
     Section { id: "study", title: "What the controller can bear", body }
 }

@@ -39,6 +39,9 @@ pub const COLUMNS: [&str; 9] = [
 
 /// Largest text of numbers that is read, inflated: an upper bound for hostile files.
 const BYTES_MAX: u64 = 1 << 28;
+/// Most ticks of a trial, and most frames of a tick.
+const TICKS_MAX: u64 = 1 << 20;
+const FRAMES_MAX: u64 = 64;
 /// Most bits of a number: a page counts in doubles.
 const BITS_MAX: u32 = 56;
 
@@ -74,12 +77,13 @@ pub fn to_text(ticks: &[ReplayTick]) -> String {
 /// Errors: what is wrong with the text.
 pub fn of_text(text: &str) -> Result<Vec<ReplayTick>, String> {
     let bytes = STANDARD.decode(text).map_err(|error| format!("base64: {error}"))?;
-    let mut reader = Reader { numbers: of_leb128(&inflated(&bytes)?)?.into_iter() };
+    let bytes = inflated(&bytes)?;
+    let mut reader = Reader { bytes: &bytes };
     // Nothing is reserved before it is read: a count may claim any length.
-    let ticks = reader.next()?;
+    let ticks = reader.at_most(TICKS_MAX, "ticks")?;
     let mut frames = Vec::new();
     for _ in 0..ticks {
-        let count = reader.next()?;
+        let count = reader.at_most(FRAMES_MAX, "frames of a tick")?;
         frames.push((0..count).map(|_| reader.places()).collect::<Result<Vec<_>, _>>()?);
     }
     let mut made: Vec<ReplayTick> = Vec::new();
@@ -98,9 +102,9 @@ pub fn of_text(text: &str) -> Result<Vec<ReplayTick>, String> {
             before = row;
         }
     }
-    match reader.numbers.len() {
+    match reader.bytes.len() {
         0 => Ok(made),
-        left => Err(format!("{left} numbers are left over")),
+        left => Err(format!("{left} bytes are left over")),
     }
 }
 
@@ -195,13 +199,34 @@ fn toggled(a: &[u32], b: &[u32]) -> Vec<u32> {
 }
 
 /// Numbers of a text, one after the other.
-struct Reader {
-    numbers: std::vec::IntoIter<u64>,
+struct Reader<'a> {
+    /// Those that are left, in LEB128.
+    bytes: &'a [u8],
 }
 
-impl Reader {
+impl Reader<'_> {
     fn next(&mut self) -> Result<u64, String> {
-        self.numbers.next().ok_or_else(|| "ends too early".to_owned())
+        let (mut number, mut shift) = (0, 0);
+        while let Some((byte, rest)) = self.bytes.split_first() {
+            self.bytes = rest;
+            if shift >= BITS_MAX {
+                return Err(format!("a number of more than {BITS_MAX} bits"));
+            }
+            number |= u64::from(byte & 0x7f) << shift;
+            shift += 7;
+            if byte & 0x80 == 0 {
+                return Ok(number);
+            }
+        }
+        Err("ends too early".to_owned())
+    }
+
+    /// The next number, which says how many there are of something.
+    fn at_most(&mut self, limit: u64, what: &str) -> Result<u64, String> {
+        match self.next()? {
+            count if count <= limit => Ok(count),
+            count => Err(format!("{count} {what}, at most {limit}")),
+        }
     }
 
     fn places(&mut self) -> Result<Vec<u32>, String> {
@@ -253,22 +278,6 @@ fn leb128(numbers: &[u64]) -> Vec<u8> {
         bytes.push(left as u8);
     }
     bytes
-}
-
-fn of_leb128(bytes: &[u8]) -> Result<Vec<u64>, String> {
-    let (mut numbers, mut number, mut shift) = (Vec::new(), 0u64, 0);
-    for byte in bytes {
-        if shift >= BITS_MAX {
-            return Err(format!("a number of more than {BITS_MAX} bits"));
-        }
-        number |= u64::from(byte & 0x7f) << shift;
-        shift += 7;
-        if byte & 0x80 == 0 {
-            numbers.push(number);
-            (number, shift) = (0, 0);
-        }
-    }
-    if shift > 0 { Err("ends within a number".to_owned()) } else { Ok(numbers) }
 }
 
 #[cfg(test)]

@@ -64,12 +64,14 @@ fn damaged_text_is_refused() {
     let error = |text: &str| of_text(text).unwrap_err();
     assert!(error("AB!=").starts_with("base64: "), "{}", error("AB!="));
     assert!(error("/////w==").starts_with("deflate: "), "{}", error("/////w=="));
-    assert_eq!(error(&to_base64(&deflated(&[0x80]))), "ends within a number");
+    assert_eq!(error(&to_base64(&deflated(&[0x80]))), "ends too early");
     let long = [[0x81; 9].as_slice(), &[1]].concat();
     assert_eq!(error(&to_base64(&deflated(&long))), "a number of more than 56 bits");
     assert_eq!(error(&text(&[])), "ends too early");
-    assert_eq!(error(&text(&[1 << 55])), "ends too early");
-    assert_eq!(error(&text(&[0, 0])), "1 numbers are left over");
+    assert_eq!(error(&text(&[1 << 20])), "ends too early");
+    assert_eq!(error(&text(&[1 << 55])), "36028797018963968 ticks, at most 1048576");
+    assert_eq!(error(&text(&[1, 65])), "65 frames of a tick, at most 64");
+    assert_eq!(error(&text(&[0, 0])), "1 bytes are left over");
     let place = error(&text(&[1, 1, 1, 1 << 32]));
     assert_eq!(place, "place 4294967296, at most 4294967295");
     // A negative range, a distance of two numbers.

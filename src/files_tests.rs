@@ -1,0 +1,41 @@
+use std::thread;
+
+use super::*;
+
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("spikeloop-files-{name}-{}", std::process::id()));
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+#[test]
+fn what_is_done_in_turn_loses_nothing() {
+    let folder = folder("turns");
+    let file = folder.join("count");
+    let once = || {
+        in_turn(&file, || {
+            let count: u32 = fs::read_to_string(&file).map_or(0, |text| text.parse().unwrap());
+            thread::yield_now();
+            write_atomically(&file, (count + 1).to_string().as_bytes()).unwrap();
+        });
+    };
+    thread::scope(|scope| {
+        (0..8).for_each(|_| {
+            scope.spawn(|| (0..20).for_each(|_| once()));
+        });
+    });
+    assert_eq!(fs::read_to_string(&file).unwrap(), "160");
+    fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_folder_is_taken_once_at_a_time() {
+    let folder = folder("own");
+    let taken = OwnFolder::take(&folder).unwrap();
+    let error = OwnFolder::take(&folder).unwrap_err().to_string();
+    let text = "another run writes there; wait for its end, or give another folder";
+    assert_eq!(error, format!("{}: {text}", folder.display()));
+    drop(taken);
+    OwnFolder::take(&folder).unwrap();
+    fs::remove_dir_all(&folder).unwrap();
+}

@@ -88,7 +88,16 @@ fn the_page_has_a_section_for_every_kind_of_result() {
     }
     let plan: Value = serde_json::from_str(&about).unwrap();
     let digest = plan["map_digest"].as_str().unwrap();
-    for part in [digest, "Without a price", "in barriers", "EEM-SAN, paper", "s chip (nearest)"] {
+    for part in [
+        digest,
+        "Without a price",
+        "in barriers",
+        "by the layer with the slowest core",
+        "other layers",
+        ": steps of a decision wait for ",
+        "EEM-SAN, paper",
+        "s chip (nearest)",
+    ] {
         assert!(html.contains(part), "{part}");
     }
     // Nothing is fetched: links lead into the page, pictures are in it.

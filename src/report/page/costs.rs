@@ -7,7 +7,7 @@ use crate::report::document::{Content, Report};
 use crate::report::energy::{ENERGY_NOTE, driver_energy, success_energy};
 use crate::report::page::html::{Section, heading, paragraph, picture, table};
 use crate::report::plot::escape;
-use crate::report::results::{Cost, CostTableNote, DriveResult};
+use crate::report::results::{Cost, CostTableNote, DriveResult, DriverResult};
 use crate::report::table5::{neurobench_table, ops_table};
 use crate::report::tables::{cost_table, host_line, micro, overflow_line, waiting_lines};
 
@@ -49,15 +49,18 @@ pub(super) fn energy_section(report: &Report) -> Section {
         body += &picture(&bars(
             "Energy per decision",
             &["synapses", "compartments", "network", "static, whole chip"],
-            &rows(result, energy_rows),
+            &rows(result, |_, (_, cost), label, n| energy_rows(label, cost, n)),
             None,
         ));
-        body += &picture(&bars(
-            "Modelled chip time per decision",
-            &["cores", "barrier"],
-            &rows(result, time_rows),
-            None,
-        ));
+        let layers = slowest_layers(result);
+        let names = layers.iter().copied().chain(["other layers", "barriers"]);
+        let names: Vec<&str> =
+            if layers.is_empty() { vec!["cores", "barriers"] } else { names.collect() };
+        let times = |driver: &DriverResult, table: (&str, &Cost), label: &str, n: f64| {
+            time_rows(driver, &layers, table, label, n)
+        };
+        let title = "Modelled chip time per decision, by the layer with the slowest core";
+        body += &picture(&bars(title, &names, &rows(result, times), None));
         body += &table(&costs);
         if let Some(energy) = driver_energy(&result.drivers) {
             body += &table(&energy);
@@ -71,14 +74,36 @@ pub(super) fn energy_section(report: &Report) -> Section {
     Section { id: "energy", title: "Energy and time", body }
 }
 
-/// Bars of every driver, seed and cost table.
-fn rows(result: &DriveResult, of: fn(&str, &Cost, f64) -> Vec<Bar>) -> Vec<Bar> {
+/// Layers that steps waited for most by any driver and table, at most so many that have a colour.
+const LAYERS_MAX: usize = 3;
+
+/// Names of the layers that steps waited for most, the longest first; none in results of before they
+/// were counted.
+fn slowest_layers(result: &DriveResult) -> Vec<&str> {
+    let mut longest: BTreeMap<&str, u64> = BTreeMap::new();
+    let of_tables = result.drivers.iter().flat_map(|driver| driver.slowest_layers_ps.values());
+    for (layer, ps) in of_tables.flatten() {
+        let known = longest.entry(layer).or_default();
+        *known = (*known).max(*ps);
+    }
+    let mut layers: Vec<(&str, u64)> = longest.into_iter().collect();
+    layers.sort_by_key(|(_, ps)| core::cmp::Reverse(*ps));
+    layers.into_iter().take(LAYERS_MAX).map(|(layer, _)| layer).collect()
+}
+
+/// Bars of every driver, seed and cost table; `of` gets driver, table and its cost, label and number of
+/// decisions.
+fn rows(
+    result: &DriveResult,
+    of: impl Fn(&DriverResult, (&str, &Cost), &str, f64) -> Vec<Bar>,
+) -> Vec<Bar> {
     let mut rows = Vec::new();
     for driver in &result.drivers {
         let Some(chip) = &driver.summary.chip else { continue };
         let n = driver.summary.decisions.max(1) as f64;
         for (name, cost) in &chip.costs {
-            rows.extend(of(&format!("{}, {name}", result.name_of(driver)), cost, n));
+            let label = format!("{}, {name}", result.name_of(driver));
+            rows.extend(of(driver, (name, cost), &label, n));
         }
     }
     rows
@@ -99,12 +124,23 @@ fn energy_rows(label: &str, cost: &Cost, decisions: f64) -> Vec<Bar> {
     ]
 }
 
-fn time_rows(label: &str, cost: &Cost, decisions: f64) -> Vec<Bar> {
+/// A bar with the time of each of `layers`, that of all other cores, and that of barriers.
+fn time_rows(
+    driver: &DriverResult,
+    layers: &[&str],
+    (table, cost): (&str, &Cost),
+    label: &str,
+    decisions: f64,
+) -> Vec<Bar> {
     let us = |ps: u64| ps as f64 / decisions / 1e6;
-    let cores = cost.time_ps.saturating_sub(cost.barrier_ps);
+    let of_layers = driver.slowest_layers_ps.get(table);
+    let of_layer = |layer: &&str| of_layers.and_then(|all| all.get(*layer)).copied().unwrap_or(0);
+    let mut parts: Vec<u64> = layers.iter().map(of_layer).collect();
+    let shown = parts.iter().fold(cost.barrier_ps, |sum, ps| sum.saturating_add(*ps));
+    parts.extend([cost.time_ps.saturating_sub(shown), cost.barrier_ps]);
     vec![Bar {
         label: label.to_owned(),
-        values: vec![us(cores), us(cost.barrier_ps)],
+        values: parts.into_iter().map(us).collect(),
         said: format!("{:.1} us, {:.1} in barriers", us(cost.time_ps), us(cost.barrier_ps)),
         ..Bar::default()
     }]

@@ -325,6 +325,32 @@ fn inspect_draws_the_chip_with_every_core() {
 }
 
 #[test]
+fn inspect_says_when_the_biases_of_an_eem_san_must_spike() {
+    let folder = Folder::new();
+    for (options, ports) in [
+        (
+            "laser-only",
+            "bias (5 lines: each on for 5 steps of a decision: 0 from step 0, 1 from step 1, 2 from step 2, \
+             3 from step 3, 4 from step 4)",
+        ),
+        (
+            "eem-san",
+            "bias (10 lines: each on for 5 steps of the encoder's: 0 from step 0, 1 from step 1, 2 from \
+             step 2, 3 from step 3; or on for 5 steps of a decision: 4 from step 0, 5 from step 0, ",
+        ),
+        (
+            "eem-san --schedule streaming",
+            "bias (10 lines: each on to the end of an episode: 0 from step 0, 1 from step 1, 2 from step 2, \
+             3 from step 3, 4 from step 5, 5 from step 5, 6 from step 6, ",
+        ),
+    ] {
+        folder.good(&format!("compile {options} -o e.map"));
+        let inspected = folder.good("inspect e.map").out;
+        assert!(inspected.contains(ports), "{inspected}");
+    }
+}
+
+#[test]
 fn inspect_colours_the_chip_by_what_run_and_drive_counted() {
     let folder = Folder::new();
     reflex_map(&folder);

@@ -85,8 +85,16 @@ fn fewer_neurons_on_a_core_take_more_cores_until_the_chip_is_full() {
     let big = builtin::open("eem-san", None).unwrap();
     let error = cores(&big, Some(64)).unwrap_err().to_string();
     assert!(error.contains("128"), "{error}");
-    // Files of studies from before there was this axis.
+    // Asked for, cores are taken, and the fewest are the first value.
+    let asked = Axis::named("cores").unwrap().variants();
+    let used = |variant: Variant| variant.compile(&network).unwrap().map.core_usage().used;
+    let taken: Vec<(String, u64)> = asked.map(|(label, variant)| (label, used(variant))).collect();
+    assert_eq!((taken[0].0.as_str(), taken[0].1), ("fewest", of[0]));
+    let within = |(label, taken): &(String, u64)| *taken <= label.parse::<u64>().unwrap();
+    assert!(taken[1..].iter().all(within), "{taken:?}");
+    assert!(taken.is_sorted_by(|a, b| a.1 < b.1), "{taken:?}");
+    // Files of studies from before there were these axes.
     let old = serde_json::to_value(Variant::default()).unwrap();
-    assert!(old.get("neurons_per_core").is_none());
+    assert!(old.get("neurons_per_core").or(old.get("cores")).is_none());
     assert_eq!(serde_json::from_value::<Variant>(old).unwrap(), Variant::default());
 }

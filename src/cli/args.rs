@@ -257,8 +257,9 @@ pub(super) struct CompileArgs {
     /// streaming
     #[arg(long, value_enum)]
     pub(super) schedule: Option<ScheduleArg>,
-    /// Cores to take, as few as can be if not given: more make steps shorter. They are shared out so
-    /// that the busiest has the least to do, by a run on random observations
+    /// Most cores to take, as few as can be if not given: more make steps shorter (`study --axis
+    /// cores`). They are shared out so that the busiest has the least to do, by a run on random
+    /// observations
     #[arg(long, value_name = "N", value_parser = up_to(usize::MAX), conflicts_with = "neurons_per_core")]
     pub(super) cores: Option<usize>,
     /// Largest number of neurons of one layer on a core, as many as fit if not given: fewer take more

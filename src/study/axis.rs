@@ -20,7 +20,7 @@ const WEIGHT_BITS: &[u32] = &[8, 7, 6, 5, 4, 3, 2];
 const STATE_BITS: &[u32] = &[24, 20, 18, 17, 16, 14, 12];
 
 /// All axes.
-pub const AXES: [Axis; 10] = [
+pub const AXES: [Axis; 11] = [
     Axis {
         name: "bits",
         about: "weight bits, to nearest",
@@ -90,6 +90,13 @@ pub const AXES: [Axis; 10] = [
         values: &[1024, 256, 128, 64, 32, 16, 8],
         label: plain,
         set: |variant, most| variant.neurons_per_core = (most < 1024).then_some(most as usize),
+    },
+    Axis {
+        name: "cores",
+        about: "cores asked for, shared out by work",
+        values: &[0, 8, 16, 32, 64, 96, 128],
+        label: |cores| if cores == 0 { "fewest".to_owned() } else { plain(cores) },
+        set: |variant, cores| variant.cores = (cores > 0).then_some(cores as usize),
     },
 ];
 

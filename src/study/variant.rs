@@ -34,6 +34,10 @@ pub struct Variant {
     /// Most neurons of one layer on a core, in place of as many as fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub neurons_per_core: Option<usize>,
+    /// Cores to share the layers out over, in place of as few as can be. Not beside
+    /// `neurons_per_core`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cores: Option<usize>,
 }
 
 /// A variant that cannot fly.
@@ -61,6 +65,7 @@ impl Default for Variant {
             dead_synapses_per_million: 0,
             dead_cores: 0,
             neurons_per_core: None,
+            cores: None,
         }
     }
 }
@@ -79,7 +84,8 @@ impl Variant {
     pub fn compile(&self, network: &Controller) -> Result<Deployment, VariantError> {
         let chip = ChipSpec::loihi1().with_state_bits(self.current_bits, self.voltage_bits)?;
         let policy = Policy::named(&self.policy)?.with_weight_bits(self.weight_bits)?;
-        let split = self.neurons_per_core.map_or(Split::Fewest, Split::NeuronsPerCore);
+        let split = self.cores.map(Split::Cores);
+        let split = split.or(self.neurons_per_core.map(Split::NeuronsPerCore)).unwrap_or_default();
         Ok(Deployment::of_controller(network, &policy, &chip, split, Schedule::Held)?)
     }
 

@@ -199,10 +199,16 @@ fn networks_with_a_description_can_be_studied() {
 
 #[test]
 fn more_cores_change_time_and_messages_and_nothing_that_the_robot_does() {
+    for axis in ["neurons-per-core", "cores"] {
+        study_cores(axis);
+    }
+}
+
+fn study_cores(axis: &str) {
     let folder = Folder::new();
-    let line = "study laser-only --axis neurons-per-core --trials 2 --ticks-max 40 --json out.json";
+    let line = format!("study laser-only --axis {axis} --trials 2 --ticks-max 40 --json out.json");
     let ran = folder.good(&format!("{line} --plot out.svg"));
-    assert_eq!(ran.out.matches("\n| neurons-per-core ").count(), 7, "{}", ran.out);
+    assert_eq!(ran.out.matches(&format!("\n| {axis} ")).count(), 7, "{}", ran.out);
     let study = folder.json("out.json");
     let chip = |index: usize| &points(&study)[index]["result"]["flown"]["summary"]["chip"];
     let (whole, spread) = (chip(0), chip(6));

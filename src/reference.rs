@@ -3,7 +3,7 @@
 //! ```text
 //! float (Algorithm 1) ~ fixed (the same in chip arithmetic) == DenseEngine == EventEngine
 //! ```
-//! The first step is measured (`spikeloop agreement`), the others are exact and tested.
+//! The first step is measured (`spikeloop agree`), the others are exact and tested.
 
 mod bdett;
 pub mod counted;

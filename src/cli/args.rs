@@ -211,7 +211,7 @@ pub(super) enum TrainVerb {
         #[arg(long, value_enum)]
         kind: Option<KindArg>,
     },
-    /// The actor, by default with an encoder EEM-SAN's, without one the laser-only control
+    /// An actor: EEM-SAN's if --encoder is given, else the laser-only control's
     Actor {
         /// Network; `naive`, `fixed` and `eem-san` take events and need --encoder
         #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(VARIANTS.map(|v| v.name)))]
@@ -238,7 +238,7 @@ pub(super) enum TrainVerb {
 #[derive(Debug, ClapArgs)]
 pub(super) struct CompileArgs {
     /// Description file (.toml), EEM-SAN (.safetensors), integer network (.json), or a built-in
-    /// name (reflex, san, eem-san, laser-only)
+    /// name (reflex, san, eem-san, laser-only, lag/..., compare/...)
     pub(super) network: String,
     /// Trained weights (.safetensors) of a description, or .npz for an integer network
     #[arg(long, value_name = "FILE")]
@@ -263,7 +263,7 @@ pub(super) struct CompileArgs {
     #[arg(long, value_name = "N", value_parser = up_to(usize::MAX), conflicts_with = "neurons_per_core")]
     pub(super) cores: Option<usize>,
     /// Largest number of neurons of one layer on a core, as many as fit if not given: fewer take more
-    /// cores and make steps shorter (`study --axis neurons-per-core`)
+    /// cores and make steps shorter (`study --axis neurons-per-core`). Not beside --cores
     #[arg(long, value_name = "N", value_parser = up_to(usize::MAX))]
     pub(super) neurons_per_core: Option<usize>,
     /// Core map to write
@@ -662,10 +662,11 @@ pub(super) struct DemoArgs {
 #[derive(Debug, ClapArgs)]
 pub(super) struct ReportArgs {
     /// What other verbs wrote: `drive` (--json, --replay), `evaluate`, `table5`, `agree`,
-    /// `thresholds`, `study` and `report` (--json), and what `inspect --json` prints
+    /// `thresholds`, `study` and `report` (--json), `reproduction.json` of `reproduce`, and what
+    /// `inspect --json` prints
     #[arg(required = true, value_name = "RESULT.json")]
     pub(super) results: Vec<PathBuf>,
-    /// Page to write (.html)
+    /// Page to write (.html); needed unless --json or --picture is given
     #[arg(short, long, value_name = "OUT", required_unless_present_any = ["json", "picture"])]
     pub(super) output: Option<PathBuf>,
     /// The same for programs; `report` takes it as well

@@ -181,7 +181,10 @@ pub(super) fn chip_driver(
     name: &str,
     engine: EngineKind,
 ) -> Result<Driver, Failure> {
-    Driver::chip(deployment, engine).ok_or_else(|| no_program(name))
+    Driver::chip(deployment, engine).ok_or_else(|| {
+        format!("{name}: a map without encoder and decoder cannot drive; use `spikeloop run`")
+            .into()
+    })
 }
 
 /// Label and digest of each core map among `drivers`.

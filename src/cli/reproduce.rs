@@ -1,6 +1,6 @@
 //! `spikeloop reproduce`.
 
-use std::ops::Range;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::slice;
 
@@ -73,9 +73,9 @@ impl ReproduceArgs {
         self.parts.is_empty() || self.parts.iter().any(|wanted| wanted == part)
     }
 
-    fn seeds(&self) -> Range<u64> {
+    fn seeds(&self) -> RangeInclusive<u64> {
         let FlightsArgs { seed, seeds, .. } = self.flights;
-        seed..seed.saturating_add(seeds)
+        seed..=seed.saturating_add(seeds.saturating_sub(1))
     }
 
     fn file(&self, name: &str) -> PathBuf {

@@ -158,6 +158,7 @@ impl<'a> Study<'a> {
         mut compiled: Compiled,
     ) -> Result<StudyTable, Failure> {
         let variants = self.variants();
+        self.check_known(&mut state, &mut compiled)?;
         let open: Vec<&Variant> =
             variants.iter().copied().filter(|variant| state.find(variant).is_none()).collect();
         if open.len() < variants.len() {
@@ -172,12 +173,46 @@ impl<'a> Study<'a> {
         }
         for variant in open {
             let result = self.fly_variant(variant, &mut compiled, &bar)?;
+            state.points.retain(|point| point.variant != *variant);
             state.points.push(Point { variant: variant.clone(), result });
             self.save(&mut state)?;
         }
         bar.finish_and_clear();
         let points = variants.iter().filter_map(|variant| state.find(variant).cloned()).collect();
         Ok(StudyTable { points, axes: self.axes.clone(), ..state })
+    }
+
+    /// Compiles what the state file has flown: it goes with nothing else. What did not compile then and
+    /// does now is left out of `state`.
+    ///
+    /// Errors: a point of another core map than the one of now.
+    fn check_known(&self, state: &mut StudyTable, compiled: &mut Compiled) -> Result<(), Failure> {
+        for variant in self.variants() {
+            let Some(point) = state.find(variant) else { continue };
+            let now = self.driver(variant, compiled).map(|driver| driver.digest);
+            let now = match (&point.result, now) {
+                (PointResult::Refused(_), Err(_)) => continue,
+                (PointResult::Refused(_), Ok(_)) => {
+                    state.points.retain(|point| point.variant != *variant);
+                    continue;
+                }
+                (PointResult::Flown(flown), Ok(now)) if now.as_ref() == Some(&flown.digest) => {
+                    continue;
+                }
+                (PointResult::Flown(_), Ok(now)) => now.unwrap_or_default(),
+                (PointResult::Flown(_), Err(why)) => why,
+            };
+            let (file, found) =
+                (self.args.state.as_ref(), point.flown().map(|flown| &flown.digest));
+            return Err(format!(
+                "{}: {}: core map {} there, {now} here: it has changed; give another file",
+                file.map_or_else(String::new, |file| file.display().to_string()),
+                self.label(variant),
+                found.map_or("none", String::as_str)
+            )
+            .into());
+        }
+        Ok(())
     }
 
     /// Writes the state file, with what another run may have put there in the meantime.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::compile::place::{LayerWork, Work, place, spread};
 use crate::net::conv2d::{Conv2d, Shape};
+use crate::net::integer::{self, IntegerPopulation, IntegerProjection};
 use hw_model::{ChipSpec, CoreMap, OpCounts};
 
 /// A picture of 2x4x4 from 6x6 pixels, three neurons behind it and beside it.
@@ -246,6 +247,53 @@ fn output_axons_limit_how_many_neurons_of_a_picture_share_a_core() {
     let picture = place(&graph(), &ChipSpec::loihi1(), Some(8)).unwrap();
     assert_eq!(picture.cores().len(), 6);
     assert_eq!(picture.cores()[0].label, "pic[c0..2,y0..2,x0..2]");
+}
+
+/// A network of populations without input: number of neurons and projections with one weight for all, or
+/// for the first pair alone.
+fn coupled(neurons: &[usize], projections: &[(usize, usize, bool)]) -> IntegerGraph {
+    let population = |(index, neurons): (usize, &usize)| IntegerPopulation {
+        name: format!("p{index}"),
+        neurons: *neurons,
+        threshold_mantissa: Some(10),
+    };
+    let projection = |(source, target, all): &(usize, usize, bool)| {
+        let mut weights = vec![if *all { 4 } else { 0 }; neurons[*source] * neurons[*target]];
+        weights[0] = 4;
+        let weights = integer::Mantissas::Dense(weights);
+        IntegerProjection { sources: vec![*source], target: *target, weights }
+    };
+    IntegerGraph::from(IntegerNet {
+        name: "n".to_owned(),
+        decay_current: 2048,
+        decay_voltage: 1024,
+        populations: neurons.iter().enumerate().map(population).collect(),
+        projections: projections.iter().map(projection).collect(),
+    })
+}
+
+#[test]
+fn recurrent_populations_are_cut_until_their_axons_fit() {
+    let mut chip = ChipSpec::loihi1();
+    // Of eight neurons that reach all of themselves and one other, a core of L has L * (8 / L + 1) axons.
+    let cores = |limit, chip: &mut ChipSpec| {
+        chip.limits.output_axons_per_core = limit;
+        let recurrent = coupled(&[8, 1], &[(0, 0, true), (0, 1, true)]);
+        place(&recurrent, chip, None).map(|map| map.cores().len()).map_err(|e| e.to_string())
+    };
+    assert_eq!(cores(16, &mut chip), Ok(2));
+    assert_eq!(cores(12, &mut chip), Ok(3));
+    assert_eq!(cores(10, &mut chip), Ok(5));
+    assert_eq!(cores(9, &mut chip), Ok(9));
+    assert!(
+        cores(8, &mut chip).unwrap_err().starts_with("layer p0: one neuron needs 9 output axons")
+    );
+    // The second reaches all of the first, which lies on two cores: only one neuron of it fits a core.
+    chip.limits.compartments_per_core = 2;
+    chip.limits.output_axons_per_core = 3;
+    let map = place(&coupled(&[4, 4], &[(0, 1, false), (1, 0, true)]), &chip, None).unwrap();
+    let on = |population: usize| map.populations()[population].cores().len();
+    assert_eq!([on(0), on(1)], [2, 4]);
 }
 
 /// The picture works the most, then what it projects to.

@@ -11,7 +11,7 @@ use hw_model::id::{AxonIdx, CompartmentIdx, CoreId};
 use hw_model::{ChipSpec, CoreMap, CoreMapParts};
 
 use crate::compile::error::CompileError;
-use crate::compile::graph::{IntegerGraph, Mantissas, Source};
+use crate::compile::graph::{IntegerGraph, Mantissas, Projection, Source};
 use crate::net::conv2d::Shape;
 use part::Part;
 use split::{Cut, Load, barriers_ps, share_out, useful};
@@ -61,6 +61,20 @@ pub fn spread(
     }
 }
 
+/// Times that populations are cut anew where later ones project to earlier ones.
+const PASSES: usize = 8;
+
+/// Adds the output axons of `population` onto `parts`, neuron by neuron.
+fn add_axons<'p>(fan_out: &mut [u64], population: usize, parts: impl Iterator<Item = &'p Part>) {
+    for (source, unit, _) in parts.flat_map(|part| &part.edges) {
+        if let (true, Some(axons)) =
+            (*source == Source::Population(population), fan_out.get_mut(*unit))
+        {
+            *axons += 1;
+        }
+    }
+}
+
 #[derive(Clone)]
 struct Placer<'a> {
     graph: &'a IntegerGraph,
@@ -98,11 +112,26 @@ impl<'a> Placer<'a> {
     /// Cores of each population within the limits that are set.
     fn partition_all(&mut self) -> Result<(), CompileError> {
         self.parts = vec![Vec::new(); self.graph.populations.len()];
-        // Targets first: how far a source's axons fan out depends on how often its target was split.
-        for population in (0..self.parts.len()).rev() {
-            self.parts[population] = self.partition(population)?;
+        // Targets first: how far a source's axons fan out depends on how often its target was split. Where
+        // a target comes before its source, its split is known in the next pass.
+        for _ in 0..PASSES {
+            let before: Vec<usize> = self.parts.iter().map(Vec::len).collect();
+            for population in (0..self.parts.len()).rev() {
+                self.parts[population] = self.partition(population)?;
+            }
+            let same = self.parts.iter().map(Vec::len).eq(before);
+            if same || !self.feeds_back() {
+                break;
+            }
         }
         Ok(())
+    }
+
+    /// Whether a population projects to one before it.
+    fn feeds_back(&self) -> bool {
+        let back = |source: &Source, target: usize| matches!(source, Source::Population(source) if *source > target);
+        let projections = &self.graph.projections;
+        projections.iter().any(|p| p.sources.iter().any(|source| back(source, p.target)))
     }
 
     /// Whether so many cores can be taken.
@@ -184,6 +213,7 @@ impl<'a> Placer<'a> {
             let tile = |first: usize| Tile::flat(first..neurons.min(first + len));
             let parts: Vec<Part> =
                 (0..neurons).step_by(len).map(|first| self.part(population, tile(first))).collect();
+            let fan_out = &self.with_own(population, fan_out, &parts);
             let excess = parts.iter().find_map(|part| self.excess(population, part, fan_out));
             let Some(excess) = excess else {
                 return Ok(parts);
@@ -214,7 +244,10 @@ impl<'a> Placer<'a> {
                 parts.push(part);
             }
             if parts.len() == tiling.n_tiles {
-                return Ok(parts);
+                let fan_out = self.with_own(population, &fan_out, &parts);
+                if parts.iter().all(|part| self.excess(population, part, &fan_out).is_none()) {
+                    return Ok(parts);
+                }
             }
         }
         Err(self.too_many_parts(population))
@@ -256,15 +289,21 @@ impl<'a> Placer<'a> {
     }
 
     /// Output axons that each of the first `n` neurons of a population needs, given the parts of
-    /// its targets.
+    /// its targets but itself.
     fn fan_out(&self, population: usize, n: usize) -> Vec<u64> {
         let mut fan_out = vec![0; n];
-        for (source, unit, _) in self.parts.iter().flatten().flat_map(|part| &part.edges) {
-            if let (true, Some(axons)) =
-                (*source == Source::Population(population), fan_out.get_mut(*unit))
-            {
-                *axons += 1;
-            }
+        let others = self.parts.iter().enumerate().filter(|(target, _)| *target != population);
+        add_axons(&mut fan_out, population, others.flat_map(|(_, parts)| parts));
+        fan_out
+    }
+
+    /// The same with the axons of a recurrent population onto `parts` of itself.
+    fn with_own(&self, population: usize, fan_out: &[u64], parts: &[Part]) -> Vec<u64> {
+        let mut fan_out = fan_out.to_vec();
+        let own = Source::Population(population);
+        let onto_itself = |p: &Projection| p.target == population && p.sources.contains(&own);
+        if self.graph.projections.iter().any(onto_itself) {
+            add_axons(&mut fan_out, population, parts.iter());
         }
         fan_out
     }

@@ -97,7 +97,7 @@ pub struct Guide<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Objective {
     /// Weight of `-Q / mean |Q|` (deep deterministic policy gradient; the scale is that of
-    /// Fujimoto and Gu 2021, TD3+BC). Negative: of plain `-Q`.
+    /// Fujimoto and Gu 2021, TD3+BC), the mean over the shard of the batch. Negative: of plain `-Q`.
     pub value: f32,
     /// Weight of the squared distance to the teacher's action.
     pub imitation: f32,
@@ -117,7 +117,7 @@ impl Objective {
 pub struct Losses {
     /// Mean squared error of the critic, mean over critics.
     pub critic: f64,
-    /// `-mean Q` of the actor's own actions.
+    /// What the actor makes small: the weighted terms of its [`Objective`], mean over the batch.
     pub actor: f64,
 }
 
@@ -409,10 +409,14 @@ impl Ddpg {
             return Err(StateError::Form { file: state.file().to_owned(), found, expected });
         }
         let mut online = self.actor.online.clone();
-        let with_events = state.has(&format!("{prefix}fuse.dvs.weight"));
+        let of_events = |name: &str| name.contains(".dvs.");
+        let entries = self.actor.online.layout().entries().iter();
+        let with_events = entries
+            .filter(|entry| of_events(&entry.name))
+            .any(|entry| state.has(&format!("{prefix}{}", entry.name)));
         for entry in self.actor.online.layout().entries() {
             let values = entry.slot.of_mut(&mut online.values);
-            if entry.name.contains(".dvs.") && !with_events {
+            if of_events(&entry.name) && !with_events {
                 let scaled = entry.name.ends_with(".weight") || entry.name.ends_with(".bias");
                 let factor = if scaled { QUIET_BRANCH } else { 1.0 };
                 values.iter_mut().for_each(|value| *value *= factor);

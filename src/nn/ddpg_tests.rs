@@ -1,6 +1,6 @@
 use super::*;
 use crate::nn::gradient_check::gaussians;
-use crate::nn::variant::{Thresholds, Variant};
+use crate::nn::variant::{Thresholds, VARIANTS, Variant};
 
 fn shapes() -> (ActorShape, CriticShape) {
     let actor = ActorShape {
@@ -260,6 +260,24 @@ fn laser_only_actor_begins_one_with_events() {
     let quiet = ddpg.actor.online.tensor("fuse.dvs.weight").unwrap();
     assert!(quiet.iter().zip(&fresh).all(|(quiet, fresh)| (quiet - 0.1 * fresh).abs() < 1e-7));
     assert_eq!(ddpg.actor.target, ddpg.actor.online);
+}
+
+#[test]
+fn an_actor_with_events_is_taken_whole_by_one_of_its_form() {
+    let (shape, critic) = shapes();
+    for form in VARIANTS.iter().filter(|variant| variant.events).map(|variant| variant.form) {
+        let shape = ActorShape { form, ..shape.clone() };
+        let teacher = Ddpg::new(&settings(1, 1), &shape, &critic, 5);
+        let mut state = StateWriter::default();
+        state.parameters("actor.", &teacher.actor.online);
+        let bytes = state.bytes();
+        let state = StateReader::new("weights", &bytes).unwrap();
+        let mut ddpg = Ddpg::new(&settings(1, 1), &shape, &critic, 6);
+        assert_ne!(ddpg.actor.online, teacher.actor.online);
+        ddpg.begin_with(&state, "actor.").unwrap();
+        assert_eq!(ddpg.actor.online, teacher.actor.online, "{form}");
+        assert_eq!(ddpg.actor.target, ddpg.actor.online);
+    }
 }
 
 #[test]

@@ -20,14 +20,17 @@ pub fn wilson_95(successes: usize, trials: usize) -> (f64, f64) {
 /// How likely `gained` against `lost`, or something as uneven, is when either is as likely: the
 /// two-sided sign test of trials that ended otherwise (McNemar's, exact).
 pub fn sign_test(gained: usize, lost: usize) -> f64 {
-    let n = gained + lost;
-    let mut ways = 0.5f64.powi(n as i32);
-    let mut tail = 0.0;
-    for k in 0..=gained.min(lost) {
-        tail += ways;
-        ways *= (n - k) as f64 / (k + 1) as f64;
+    let (n, fewer) = (gained + lost, gained.min(lost));
+    // Ways to be as uneven, of all ways: both in units of the most even one, which no n makes too small.
+    let (mut ways, mut tail, mut lower) = (1.0, 0.0, 0.0);
+    for k in (0..=n / 2).rev() {
+        lower += ways;
+        tail += if k <= fewer { ways } else { 0.0 };
+        ways *= k as f64 / (n - k + 1) as f64;
     }
-    (2.0 * tail).min(1.0)
+    // The even split, where there is one, is its own mirror image.
+    let all = 2.0 * lower - if n.is_multiple_of(2) { 1.0 } else { 0.0 };
+    (2.0 * tail / all).min(1.0)
 }
 
 #[cfg(test)]

@@ -24,4 +24,13 @@ fn sign_tests_of_known_cases() {
     assert!(near(sign_test(8, 2), 2.0 * (1.0 + 10.0 + 45.0) / 1024.0));
     assert_eq!(sign_test(8, 2), sign_test(2, 8));
     assert!(sign_test(0, 2000) < 1e-100);
+    // Far beyond where 2^-n is 0 in double precision; by the normal distribution with the correction for
+    // whole numbers.
+    assert_eq!(sign_test(600, 600), 1.0);
+    let normal = |z: f64| libm::erfc(z / 2f64.sqrt());
+    for (gained, lost) in [(1040, 960), (1100, 1000), (5200, 5000), (1001, 1000), (30, 20)] {
+        let z = ((gained - lost) as f64 - 1.0) / ((gained + lost) as f64).sqrt();
+        let (exact, about) = (sign_test(gained, lost), normal(z));
+        assert!((exact - about).abs() < 2e-3, "{gained} {lost}: {exact} {about}");
+    }
 }

@@ -379,15 +379,15 @@ impl ActorTraining {
     }
 
     /// After a round that is due for it: lets the actor, as it would be saved, fly the flights of
-    /// the selection.
+    /// the selection. `None` also where the training has diverged.
     pub fn select(&mut self) -> Option<Selected> {
         let (rules, selection) = (self.config.selection.as_ref()?, self.selection.as_ref()?);
         if self.round / rules.every == self.shares.len() as u64 {
             return None;
         }
         let bytes = self.weights();
-        let network = EemSan::from_bytes("actor", "actor in training", &bytes);
-        let network = network.expect("what is saved can be read");
+        // Weights that are no numbers do not fly; whoever writes a checkpoint says that they are none.
+        let network = EemSan::from_bytes("actor", "actor in training", &bytes).ok()?;
         let share = selection.share(&network, self.threads);
         let best = self.shares.iter().all(|before| *before < share);
         self.shares.push(share);

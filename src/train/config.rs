@@ -360,7 +360,13 @@ impl HsvaeConfig {
         }
         range(file, "exploration", config.exploration, 0.0, 1.0)?;
         range(file, "blur_px", config.blur_px as f64, 1.0, 31.0)?;
-        range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, 64.0)?;
+        if config.blur_px.is_multiple_of(2) {
+            let message =
+                format!("blur_px is {}, must be odd: a square about a pixel", config.blur_px);
+            return Err(TrainConfigError::Text { file: file.to_owned(), message });
+        }
+        let round = config.flight.ticks_per_round as f64;
+        range(file, "stretch_ticks", config.stretch_ticks as f64, 1.0, round.min(64.0))?;
         Ok(config)
     }
 
@@ -368,6 +374,7 @@ impl HsvaeConfig {
     pub fn quick(mut self) -> Self {
         self.rounds = 2;
         self.flight = FlightConfig { worlds: 2, ticks_per_round: 3, ..self.flight };
+        self.stretch_ticks = self.stretch_ticks.min(3);
         self
     }
 
@@ -425,7 +432,8 @@ impl ActorConfig {
         if let Some(learned) = &config.end_to_end {
             let (ticks, late) =
                 (learned.stretch_ticks as f64, config.delays() != Delays::default());
-            range(file, "end_to_end.stretch_ticks", ticks, 1.0, 64.0)?;
+            let round = config.flight.ticks_per_round as f64;
+            range(file, "end_to_end.stretch_ticks", ticks, 1.0, round.min(64.0))?;
             range(file, "end_to_end.draws", learned.draws as f64, 1.0, 64.0)?;
             range(file, "end_to_end.rate_weight", f64::from(learned.rate_weight), 0.0, 1e3)?;
             if late {
@@ -450,6 +458,9 @@ impl ActorConfig {
         self.batch = self.batch.min(16);
         self.reward_steps = self.reward_steps.min(3);
         self.flight = FlightConfig { worlds: 2, ticks_per_round: 14, ..self.flight };
+        if let Some(learned) = &mut self.end_to_end {
+            learned.stretch_ticks = learned.stretch_ticks.min(14);
+        }
         self.phases.iter_mut().for_each(|phase| phase.rounds = 1);
         if let Some(selection) = &mut self.selection {
             (selection.every, selection.n_rooms, selection.flights_per_room) = (1, 2, 1);

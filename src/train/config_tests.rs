@@ -7,6 +7,7 @@ const FRESH: &str = include_str!("configs/fresh_encoder.toml");
 const COMPARE: &str = include_str!("configs/compare.toml");
 const COMPARE_E2E: &str = include_str!("configs/compare_e2e.toml");
 const STREAMING: &str = include_str!("configs/streaming.toml");
+const E2E: &str = include_str!("configs/e2e.toml");
 const TOLD_ACTOR: &str = include_str!("configs/told_actor.toml");
 const ACTORS: [&str; 11] = [
     include_str!("configs/first.toml"),
@@ -16,7 +17,7 @@ const ACTORS: [&str; 11] = [
     include_str!("configs/fifth.toml"),
     include_str!("configs/plain.toml"),
     STREAMING,
-    include_str!("configs/e2e.toml"),
+    E2E,
     COMPARE,
     COMPARE_E2E,
     TOLD_ACTOR,
@@ -151,10 +152,28 @@ fn bad_numbers_are_refused_with_their_limits() {
         ),
         (actor_error("planner_share = ", "planner_share = -1.0 #"), "planner_share is -1"),
         (actor_error("v_max_m_per_s = ", "v_max_m_per_s = 0.0 #"), "wheel speed (m/s) is 0"),
+        (hsvae_error("blur_px = 9", "blur_px = 4"), "blur_px is 4, must be odd"),
     ];
     for (error, part) in cases {
         assert!(error.contains(part), "{error:?} does not say {part:?}");
     }
+}
+
+#[test]
+fn a_stretch_longer_than_a_round_is_refused() {
+    let longer = HSVAE.replace("stretch_ticks = 1", "stretch_ticks = 4");
+    let error = |ticks: &str| {
+        let text = longer.replace("ticks_per_round = 300", &format!("ticks_per_round = {ticks}"));
+        HsvaeConfig::from_toml("f.toml", &text).err().map(|error| error.to_string())
+    };
+    assert_eq!(error("4"), None);
+    let text = error("3").unwrap();
+    assert!(text.starts_with("f.toml: stretch_ticks is 4, must be 1..=3"), "{text}");
+    let quick = HsvaeConfig::from_toml("f.toml", &longer).unwrap().quick();
+    assert!(quick.updates_per_round() > 0);
+    let e2e = E2E.replace("ticks_per_round = 300", "ticks_per_round = 1");
+    let text = ActorConfig::from_toml("f.toml", &e2e).unwrap_err().to_string();
+    assert!(text.starts_with("f.toml: end_to_end.stretch_ticks is 2, must be 1..=1"), "{text}");
 }
 
 #[test]

@@ -780,7 +780,7 @@ fn integer_networks_with_wrong_references_or_numbers_are_refused() {
     refused(
         &folder,
         &format!("drive n.map {DRIVE}"),
-        &["without encoder and decoder cannot drive"],
+        &["a map without encoder and decoder cannot drive; use `spikeloop run`"],
     );
 }
 

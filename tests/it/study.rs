@@ -51,6 +51,38 @@ fn a_study_has_a_row_for_every_value_and_a_plot_for_every_axis() {
 }
 
 #[test]
+fn points_of_another_core_map_are_refused_and_refusals_are_tried_again() {
+    let folder = Folder::new();
+    let line = format!("{SMALL} --state s.json");
+    folder.good(&line);
+    let state = folder.json("s.json");
+    let of = |index: usize| state["points"][index]["result"].clone();
+    assert!(of(0)["flown"].is_object() && of(1)["refused"].is_string());
+    // As if it had not compiled then.
+    let mut other = state.clone();
+    other["points"][0]["result"] = of(1);
+    folder.write("s.json", other.to_string());
+    let again = folder.good(&format!("{line} --json a.json"));
+    assert!(again.out.contains("10 of 11 points are in the state file already"), "{}", again.out);
+    assert_eq!(folder.json("a.json")["points"], state["points"]);
+    // Another core map, and one where there is none now.
+    other = state.clone();
+    other["points"][0]["result"]["flown"]["digest"] = "abc".into();
+    folder.write("s.json", other.to_string());
+    let digest = of(0)["flown"]["digest"].as_str().unwrap().to_owned();
+    let text = format!("s.json: bits 8: core map abc there, {digest} here: it has changed; give");
+    refused(&folder, &line, &[&text]);
+    other = state.clone();
+    other["points"][1]["result"] = of(0);
+    folder.write("s.json", other.to_string());
+    refused(
+        &folder,
+        &line,
+        &[&format!("s.json: bits 7: core map {digest} there, core 0 (fuse.laser")],
+    );
+}
+
+#[test]
 fn studies_side_by_side_keep_all_points_in_one_state_file() {
     let folder = Folder::new();
     let axes = ["bits", "lost-spikes", "dead-synapses", "neurons-per-core"];

@@ -117,6 +117,10 @@ pub fn in_turn<T>(path: &Path, work: impl FnOnce() -> T) -> T {
     done
 }
 
+/// Empty file that is locked for as long as a folder is somebody's own, and left there. Not the folder
+/// itself: [`in_turn`] locks that, and must not wait for so long.
+const LOCK_FILE: &str = ".lock";
+
 /// A folder that no other process can have until this is dropped.
 #[derive(Debug)]
 pub struct OwnFolder {
@@ -124,11 +128,13 @@ pub struct OwnFolder {
 }
 
 impl OwnFolder {
-    /// Takes the folder at `path`. Where the system cannot lock folders, nothing is locked.
+    /// Takes the folder at `path`. Where the system cannot lock files, nothing is locked.
     ///
     /// Errors: another process has it.
     pub fn take(path: &Path) -> Result<Self, FileError> {
-        let Ok(lock) = File::open(path) else { return Ok(Self { _lock: None }) };
+        let file = path.join(LOCK_FILE);
+        let lock = OpenOptions::new().write(true).create(true).truncate(false).open(file);
+        let Ok(lock) = lock else { return Ok(Self { _lock: None }) };
         match lock.try_lock() {
             Err(TryLockError::WouldBlock) => {
                 Err(FileError::Taken { folder: path.display().to_string() })

@@ -35,6 +35,8 @@ fn a_folder_is_taken_once_at_a_time() {
     let error = OwnFolder::take(&folder).unwrap_err().to_string();
     let text = "another run writes there; wait for its end, or give another folder";
     assert_eq!(error, format!("{}: {text}", folder.display()));
+    // Its files are written in turn meanwhile.
+    assert_eq!(in_turn(&folder.join("file"), || 7), 7);
     drop(taken);
     OwnFolder::take(&folder).unwrap();
     fs::remove_dir_all(&folder).unwrap();

@@ -205,7 +205,8 @@ impl HsvaeTraining {
     }
 
     /// Flies a stretch. A flight that ends within it is followed by the next one, which keeps the
-    /// state of the encoder until the end of the stretch.
+    /// state of the encoder until the end of the stretch. The blank frames before a flight's first tick are not
+    /// shown.
     fn fly(&self, flights: &mut [Flight<'_>], first_tick: u64, ticks: usize) -> Seen {
         let samples = flights.len();
         let per_tick = self.trainer.layers().shape().frames;

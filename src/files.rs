@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
-use hw_model::container;
+use hw_model::container::{self, PARTIAL};
 use hw_model::error::ContainerError;
 use thiserror::Error;
 
@@ -103,18 +103,40 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError>
 }
 
 /// Does `work`, which reads and writes the file at `path` anew, while no other process does so with a file
-/// of the same folder. Where the system cannot lock folders, nothing is locked.
+/// of the same folder; what killed ones left of writing it is removed. Where the system cannot lock
+/// folders, nothing is locked or removed.
 pub fn in_turn<T>(path: &Path, work: impl FnOnce() -> T) -> T {
     let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let lock = File::open(folder.unwrap_or(Path::new(".")));
     let locked = lock.as_ref().is_ok_and(|lock| lock.lock().is_ok());
+    if locked {
+        remove_partials(&file);
+    }
     let done = work();
     if locked && let Ok(lock) = lock {
         // It ends with the file at the latest.
         let _ = lock.unlock();
     }
     done
+}
+
+/// Removes what killed processes left of [`write_atomically`] to `file`, when nobody else writes it now.
+fn remove_partials(file: &Path) {
+    let of_process = |path: &Path, process: &str| {
+        let number = process.parse::<u32>();
+        number.is_ok_and(|number| path == container::beside_of(file, number, PARTIAL))
+    };
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let process = name.strip_suffix(&format!(".{PARTIAL}")).and_then(|n| n.rsplit('.').next());
+        if process.is_some_and(|process| of_process(&path, process)) {
+            // What cannot be removed stays.
+            let _ = fs::remove_file(&path);
+        }
+    }
 }
 
 /// Empty file that is locked for as long as a folder is somebody's own, and left there. Not the folder
@@ -124,7 +146,7 @@ const LOCK_FILE: &str = ".lock";
 /// A folder that no other process can have until this is dropped.
 #[derive(Debug)]
 pub struct OwnFolder {
-    _lock: Option<File>,
+    lock: Option<File>,
 }
 
 impl OwnFolder {
@@ -134,13 +156,20 @@ impl OwnFolder {
     pub fn take(path: &Path) -> Result<Self, FileError> {
         let file = path.join(LOCK_FILE);
         let lock = OpenOptions::new().write(true).create(true).truncate(false).open(file);
-        let Ok(lock) = lock else { return Ok(Self { _lock: None }) };
+        let Ok(lock) = lock else { return Ok(Self { lock: None }) };
         match lock.try_lock() {
             Err(TryLockError::WouldBlock) => {
                 Err(FileError::Taken { folder: path.display().to_string() })
             }
-            Ok(()) => Ok(Self { _lock: Some(lock) }),
-            Err(TryLockError::Error(_)) => Ok(Self { _lock: None }),
+            Ok(()) => Ok(Self { lock: Some(lock) }),
+            Err(TryLockError::Error(_)) => Ok(Self { lock: None }),
+        }
+    }
+
+    /// Removes what killed processes left of writing these files of it.
+    pub fn remove_partials(&self, files: &[PathBuf]) {
+        if self.lock.is_some() {
+            files.iter().for_each(|file| remove_partials(file));
         }
     }
 }

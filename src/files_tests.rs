@@ -29,6 +29,37 @@ fn what_is_done_in_turn_loses_nothing() {
 }
 
 #[test]
+fn what_killed_processes_left_of_a_file_is_removed_by_the_next_that_writes_it() {
+    let folder = folder("partials");
+    let kept = [
+        "a.json",
+        ".a.json.tmp",
+        ".a.json.x.tmp",
+        ".b.json.7.tmp",
+        ".a.json.7.old",
+        "a.json.7.tmp",
+    ];
+    let partials = [".a.json.7.tmp", ".a.json.4294967295.tmp"];
+    for name in kept.iter().chain(&partials) {
+        fs::write(folder.join(name), name).unwrap();
+    }
+    let names = || {
+        let entries = fs::read_dir(&folder).unwrap();
+        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        names
+    };
+    in_turn(&folder.join("a.json"), || ());
+    let mut expected = kept;
+    expected.sort_unstable();
+    assert_eq!(names(), expected);
+    OwnFolder::take(&folder).unwrap().remove_partials(&[folder.join("b.json"), folder.join("c")]);
+    assert!(!names().iter().any(|name| name == ".b.json.7.tmp"));
+    assert_eq!(names().len(), kept.len());
+    fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn a_folder_is_taken_once_at_a_time() {
     let folder = folder("own");
     let taken = OwnFolder::take(&folder).unwrap();

@@ -127,7 +127,7 @@ pub fn read<T: DeserializeOwned>(kind: Kind, path: &Path) -> Result<T, Container
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError> {
     let io =
         |source| ContainerError::Io { file: path.display().to_string(), action: "write", source };
-    let partial = beside(path, "tmp");
+    let partial = beside(path, PARTIAL);
     let fill = |mut file: std::fs::File| {
         if let Ok(old) = std::fs::metadata(path) {
             file.set_permissions(old.permissions())?;
@@ -145,11 +145,19 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError>
     })
 }
 
+/// Ending of a file that is not whole yet, see [`beside`].
+pub const PARTIAL: &str = "tmp";
+
 /// Name of a file of this process beside `path`, hidden and no longer than file systems allow.
 pub fn beside(path: &Path, ending: &str) -> PathBuf {
+    beside_of(path, std::process::id(), ending)
+}
+
+/// The same of the process of this number.
+pub fn beside_of(path: &Path, process: u32, ending: &str) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let start: String = name.chars().take(BESIDE_CHARS).collect();
-    path.with_file_name(format!(".{start}.{}.{ending}", std::process::id()))
+    path.with_file_name(format!(".{start}.{process}.{ending}"))
 }
 
 fn printable(bytes: &[u8]) -> String {

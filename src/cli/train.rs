@@ -69,7 +69,7 @@ impl TrainArgs {
 struct Folder {
     path: PathBuf,
     digest: u64,
-    _own: OwnFolder,
+    own: OwnFolder,
 }
 
 impl Folder {
@@ -80,14 +80,16 @@ impl Folder {
         inputs.iter().for_each(|input| hash.update(input));
         let digest = hash.finalize();
         let digest = digest.iter().take(8).fold(0, |all, byte| (all << 8) | u64::from(*byte));
-        Ok(Self { path: path.to_path_buf(), digest, _own: OwnFolder::take(path)? })
+        Ok(Self { path: path.to_path_buf(), digest, own: OwnFolder::take(path)? })
     }
 
     /// Errs when the run would write over one of the files that it reads; `weights` is the name of
     /// what it makes.
     fn check_inputs(&self, weights: &str, files: [Option<&Path>; 3]) -> Result<(), Failure> {
         let made = [weights, CHECKPOINT_FILE, CURVES, BEST].map(|name| self.file(name));
-        check_outputs(&made, files.into_iter().flatten())
+        check_outputs(&made, files.into_iter().flatten())?;
+        self.own.remove_partials(&made);
+        Ok(())
     }
 
     fn file(&self, name: &str) -> PathBuf {

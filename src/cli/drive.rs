@@ -22,6 +22,7 @@ use spikeloop::world::pairs::{Pair, PairRules, check_pairs, generate_pairs, read
 
 use crate::cli::args::{DriveArgs, EngineArg};
 use crate::cli::drivers::{drivers, last_seed, maps};
+use crate::cli::evaluate::each_once;
 use crate::cli::output::{self, REVISION, check_outputs, header, progress, say};
 use crate::cli::{Failure, Verdict};
 
@@ -31,6 +32,7 @@ pub(super) fn run(args: &DriveArgs) -> Result<Verdict, Failure> {
     let inputs = args.drivers.iter().map(Path::new).chain([Path::new(&args.arena)]);
     let inputs = inputs.chain(args.weights.as_deref()).chain(args.pairs.as_deref());
     check_outputs(args.json.iter().chain(&args.plot).chain(&args.replay), inputs)?;
+    each_once("driver", &args.drivers)?;
     let engine = match args.engine {
         EngineArg::Event => EngineKind::Event,
         EngineArg::Dense => EngineKind::Dense,

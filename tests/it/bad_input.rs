@@ -360,6 +360,7 @@ fn unknown_names_list_the_known_ones() {
     let known = format!("nobody: neither a file nor {known}");
     let cases = [
         ("compile nobody -o out.map", known.as_str()),
+        ("drive reflex straight reflex", "driver reflex: given twice; leave one out"),
         (
             "compile reflex --policy p -o out.map",
             "policy p: no such policy (there is: nearest, san, ",

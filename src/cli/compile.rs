@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hw_model::core_map::Usage;
 use spikeloop::compile::{CompileError, Policy, Split, open_chip};
 use spikeloop::host::{Deployment, Schedule};
 use spikeloop::net::{Controller, builtin, integer};
@@ -22,7 +23,14 @@ pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
         say(format_args!("layer {layer}: {scale:.3} mantissas per unit"))?;
     }
     say(inspect::table(&deployment))?;
-    let taken = deployment.map.core_usage().used;
+    let Usage { used: taken, limit: there } = deployment.map.core_usage();
+    let split = args.cores.is_some() || args.neurons_per_core.is_some();
+    if !split && 2 * taken <= there {
+        say(format_args!(
+            "as few cores as can be; --cores N, up to {there}, shares the layers out over more and may \
+             make steps shorter"
+        ))?;
+    }
     if let Some(asked) = args.cores.filter(|asked| *asked as u64 > taken) {
         say(format_args!(
             "{taken} of the {asked} cores asked for are taken: no split over more was found that makes steps shorter, by \

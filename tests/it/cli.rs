@@ -325,6 +325,24 @@ fn inspect_draws_the_chip_with_every_core() {
 }
 
 #[test]
+fn compile_tells_of_cores_that_are_left_where_there_are_many() {
+    let folder = Folder::new();
+    let hint = "as few cores as can be; --cores N, up to 128, shares the layers out over more";
+    for (line, expected) in [
+        ("compile laser-only -o m.map", true),
+        ("compile laser-only --neurons-per-core 64 -o m.map", false),
+        ("compile laser-only --cores 9 -o m.map", false),
+        ("compile eem-san -o m.map", false),
+    ] {
+        let out = folder.good(line).out;
+        assert_eq!(out.contains(hint), expected, "{line}: {out}");
+    }
+    let fewer = "124 of the 128 cores asked for are taken: no split over more was found that makes";
+    let out = folder.good("compile laser-only --cores 128 -o m.map").out;
+    assert!(out.contains(fewer), "{out}");
+}
+
+#[test]
 fn inspect_says_when_the_biases_of_an_eem_san_must_spike() {
     let folder = Folder::new();
     for (options, ports) in [

@@ -8,12 +8,12 @@ use hw_model::container::sha256_hex;
 use hw_model::core_map::HostPort;
 use hw_model::cost::CostTable;
 use hw_model::engine::{PopulationSpikes, SpikeRecord, Stimulus};
-use hw_model::{CoreMap, DenseEngine, Engine, EventEngine, OpCounts};
+use hw_model::{CoreMap, DenseEngine, Engine, EventEngine};
 use serde_json::json;
 use spikeloop::host::Deployment;
 use spikeloop::npz::{self, Npz};
 use spikeloop::report::energy::time_shares;
-use spikeloop::report::results::slowest_counter;
+use spikeloop::report::results::counters_by_core;
 use spikeloop::report::tables::{micro, plain};
 
 use crate::cli::args::{EngineArg, RunArgs, STEPS_MAX};
@@ -229,16 +229,7 @@ fn as_json(
     let counts = engine.total_counts();
     let counters: BTreeMap<_, _> = counts.named().into_iter().collect();
     let chip = engine.map().chip();
-    let tables = &chip.cost_tables;
-    let slowest = |core: usize| {
-        let of_core = &engine.slowest_ps()[core * tables.len()..];
-        tables.iter().zip(of_core).map(|(table, ps)| (slowest_counter(&table.name), *ps))
-    };
-    let counted = |(core, counts): (usize, &OpCounts)| -> BTreeMap<String, u64> {
-        let named = counts.named().into_iter().map(|(name, n)| (name.to_owned(), n));
-        named.chain(slowest(core)).collect()
-    };
-    let by_core: Vec<_> = engine.core_counts().iter().enumerate().map(counted).collect();
+    let by_core = counters_by_core(engine.map(), &engine.core_counts(), engine.slowest_ps());
     let cost = |(table, time_ps): (&CostTable, &u64)| {
         let dynamic_fj = table.energy(&counts).total_fj();
         let static_fj = chip.static_power.energy_fj(*time_ps);

@@ -129,7 +129,10 @@ impl<'a> Placer<'a> {
 
     /// Whether a population projects to one before it.
     fn feeds_back(&self) -> bool {
-        let back = |source: &Source, target: usize| matches!(source, Source::Population(source) if *source > target);
+        let back = |source: &Source, target: usize| match source {
+            Source::Population(source) => *source > target,
+            Source::Port(_) => false,
+        };
         let projections = &self.graph.projections;
         projections.iter().any(|p| p.sources.iter().any(|source| back(source, p.target)))
     }
@@ -243,11 +246,8 @@ impl<'a> Placer<'a> {
                 }
                 parts.push(part);
             }
-            if parts.len() == tiling.n_tiles {
-                let fan_out = self.with_own(population, &fan_out, &parts);
-                if parts.iter().all(|part| self.excess(population, part, &fan_out).is_none()) {
-                    return Ok(parts);
-                }
+            if parts.len() == tiling.n_tiles && self.fits_itself(population, &fan_out, &parts) {
+                return Ok(parts);
             }
         }
         Err(self.too_many_parts(population))
@@ -300,12 +300,25 @@ impl<'a> Placer<'a> {
     /// The same with the axons of a recurrent population onto `parts` of itself.
     fn with_own(&self, population: usize, fan_out: &[u64], parts: &[Part]) -> Vec<u64> {
         let mut fan_out = fan_out.to_vec();
-        let own = Source::Population(population);
-        let onto_itself = |p: &Projection| p.target == population && p.sources.contains(&own);
-        if self.graph.projections.iter().any(onto_itself) {
+        if self.is_recurrent(population) {
             add_axons(&mut fan_out, population, parts.iter());
         }
         fan_out
+    }
+
+    /// Whether `parts`, each of which fits with the axons onto others, fit with those onto themselves.
+    fn fits_itself(&self, population: usize, fan_out: &[u64], parts: &[Part]) -> bool {
+        if !self.is_recurrent(population) {
+            return true;
+        }
+        let fan_out = self.with_own(population, fan_out, parts);
+        parts.iter().all(|part| self.excess(population, part, &fan_out).is_none())
+    }
+
+    fn is_recurrent(&self, population: usize) -> bool {
+        let own = Source::Population(population);
+        let onto_itself = |p: &Projection| p.target == population && p.sources.contains(&own);
+        self.graph.projections.iter().any(onto_itself)
     }
 
     /// More parts than cores: because one neuron is too large already, or there are too many.

@@ -62,7 +62,7 @@ impl AgreementResult {
             map_digest: map.digest(),
             policy: policy.to_owned(),
             decisions: used.decisions,
-            counters_by_core: counters_by_core(&used, map),
+            counters_by_core: counters_by_core(map, &used.by_core, &used.slowest_ps),
             arena: arena.to_owned(),
             v_max_m_per_s: Some(v_max_m_per_s),
             seed,

@@ -396,24 +396,28 @@ impl CostTableNote {
     }
 }
 
-/// Counters that are not 0, core by core; [`slowest_counter`] among them. `map` is the core map that
-/// was used.
-pub fn counters_by_core(used: &ChipUse, map: &CoreMap) -> Vec<BTreeMap<String, u64>> {
+/// Counters that are not 0, core by core, [`slowest_counter`] among them: of what each core of `map` did
+/// and for how long it was the slowest, as of an engine.
+pub fn counters_by_core(
+    map: &CoreMap,
+    by_core: &[hw_model::OpCounts],
+    slowest_ps: &[u64],
+) -> Vec<BTreeMap<String, u64>> {
     let tables = &map.chip().cost_tables;
     let slowest = |core: usize| {
-        let of_core = used.slowest_ps.iter().skip(core * tables.len());
+        let of_core = slowest_ps.iter().skip(core * tables.len());
         tables.iter().zip(of_core).map(|(table, ps)| (slowest_counter(&table.name), *ps))
     };
     let counted = |(core, counts): (usize, &hw_model::OpCounts)| {
         let named = counts.named().into_iter().map(|(name, n)| (name.to_owned(), n));
         named.chain(slowest(core)).filter(|(_, n)| *n > 0).collect()
     };
-    used.by_core.iter().enumerate().map(counted).collect()
+    by_core.iter().enumerate().map(counted).collect()
 }
 
 /// Name of a core's counter of the chip time, in picoseconds by a cost table, of the steps in which
 /// it was the slowest core.
-pub fn slowest_counter(cost_table: &str) -> String {
+pub(super) fn slowest_counter(cost_table: &str) -> String {
     format!("slowest_ps.{cost_table}")
 }
 
@@ -534,8 +538,9 @@ impl DriverResult {
             camera: driver.needs_camera(),
             cost_tables: map.map_or_else(Vec::new, |map| CostTableNote::all(map)),
             decisions_per_s: summary.decisions as f64 / wall_s.max(1e-9),
-            counters_by_core: of_chip
-                .map_or_else(Vec::new, |(used, map)| counters_by_core(used, map)),
+            counters_by_core: of_chip.map_or_else(Vec::new, |(used, map)| {
+                counters_by_core(map, &used.by_core, &used.slowest_ps)
+            }),
             slowest_layers_ps: of_chip
                 .map_or_else(BTreeMap::new, |(used, map)| slowest_layers_ps(used, map)),
             summary,

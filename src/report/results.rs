@@ -396,7 +396,7 @@ impl CostTableNote {
     }
 }
 
-/// Counters that are not 0, core by core, [`slowest_counter`] among them: of what each core of `map` did
+/// Counters that are not 0, core by core, `slowest_ps.TABLE` among them: of what each core of `map` did
 /// and for how long it was the slowest, as of an engine.
 pub fn counters_by_core(
     map: &CoreMap,

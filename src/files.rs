@@ -19,6 +19,19 @@ pub fn fits_a_line(name: &str) -> bool {
     (1..=NAME_LEN_MAX).contains(&name.len()) && !name.chars().any(char::is_control)
 }
 
+/// Whether `name` can stand unquoted among other words, as names of what lies on cores do: 1..=[`NAME_LEN_MAX`]
+/// visible ASCII characters, no blank and no `;`.
+pub fn fits_a_word(name: &str) -> bool {
+    (1..=NAME_LEN_MAX).contains(&name.len())
+        && name.bytes().all(|byte| byte.is_ascii_graphic() && byte != b';')
+}
+
+/// The folder that a file lies in, or would.
+pub fn folder_of(file: &Path) -> &Path {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
 /// A file that cannot be read.
 #[derive(Debug, Error)]
 pub enum FileError {
@@ -107,8 +120,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ContainerError>
 /// folders, nothing is locked or removed.
 pub fn in_turn<T>(path: &Path, work: impl FnOnce() -> T) -> T {
     let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let lock = File::open(folder.unwrap_or(Path::new(".")));
+    let lock = File::open(folder_of(&file));
     let locked = lock.as_ref().is_ok_and(|lock| lock.lock().is_ok());
     if locked {
         remove_partials(&file);
@@ -127,8 +139,7 @@ fn remove_partials(file: &Path) {
         let number = process.parse::<u32>();
         number.is_ok_and(|number| path == container::beside_of(file, number, PARTIAL))
     };
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else { return };
+    let Ok(entries) = fs::read_dir(folder_of(file)) else { return };
     for path in entries.flatten().map(|entry| entry.path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let process = name.strip_suffix(&format!(".{PARTIAL}")).and_then(|n| n.rsplit('.').next());

@@ -261,6 +261,6 @@ impl CoreMap {
 
     /// Number of tiles between the first and the last core in use.
     pub fn tiles_in_use(&self) -> u32 {
-        (self.parts.cores.len() as u32).div_ceil(u32::from(self.parts.chip.mesh.cores_per_tile))
+        self.parts.chip.mesh.tiles_of(self.parts.cores.len())
     }
 }

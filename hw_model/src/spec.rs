@@ -60,6 +60,11 @@ impl Mesh {
         let tile = core / self.cores_per_tile;
         (tile / self.tiles_y, tile % self.tiles_y)
     }
+
+    /// Tiles that the first `cores` cores lie in.
+    pub fn tiles_of(&self, cores: usize) -> u32 {
+        cores.div_ceil(usize::from(self.cores_per_tile)) as u32
+    }
 }
 
 /// Register widths (magnitude bits, the sign is extra) and what happens beyond them.

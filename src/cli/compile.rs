@@ -24,8 +24,8 @@ pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
     }
     say(inspect::table(&deployment))?;
     let Usage { used: taken, limit: there } = deployment.map.core_usage();
-    let split = args.cores.is_some() || args.neurons_per_core.is_some();
-    if !split && 2 * taken <= there {
+    let split = Split::asked(args.cores, args.neurons_per_core);
+    if split == Split::Fewest && 2 * taken <= there {
         say(format_args!(
             "as few cores as can be; --cores N, up to {there}, shares the layers out over more and may \
              make steps shorter"
@@ -43,22 +43,12 @@ pub(super) fn run(args: &CompileArgs) -> Result<Verdict, Failure> {
 
 fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
     let chip = open_chip(&args.chip)?;
-    let split = match (args.cores, args.neurons_per_core) {
-        (Some(cores), _) => Split::Cores(cores),
-        (None, Some(most)) => Split::NeuronsPerCore(most),
-        (None, None) => Split::Fewest,
-    };
+    let split = Split::asked(args.cores, args.neurons_per_core);
     let (path, weights) = (Path::new(&args.network), args.weights.as_deref());
-    let refused = |error: CompileError| -> Failure {
-        let text = error.to_string();
-        match text.starts_with(&args.network) {
-            true => text.into(),
-            false => format!("{}: {text}", args.network).into(),
-        }
-    };
+    let refused = |error| refused(&args.network, &error);
     if path.extension().is_none_or(|extension| extension != "json") {
         let policy = Policy::named(args.policy.as_deref().unwrap_or(POLICY_DEFAULT))?;
-        let policy = args.weight_bits.map_or(Ok(policy), |bits| policy.with_weight_bits(bits))?;
+        let policy = policy.narrowed(args.weight_bits)?;
         let network = builtin::open(&args.network, weights)?;
         let schedule = match (&network, args.schedule) {
             (Controller::Described(_), Some(_)) => return Err(no_schedule(args)),
@@ -86,6 +76,12 @@ fn compiled(args: &CompileArgs) -> Result<Deployment, Failure> {
         .into());
     }
     Deployment::of_integers(integer::read(path, weights)?, &chip, split).map_err(refused)
+}
+
+/// Why the network that was called `name` does not compile; its name goes first.
+pub(super) fn refused(name: &str, error: &CompileError) -> Failure {
+    let text = error.to_string();
+    if text.starts_with(name) { text.into() } else { format!("{name}: {text}").into() }
 }
 
 fn no_schedule(args: &CompileArgs) -> Failure {

@@ -13,7 +13,7 @@ use spikeloop::report::reproduction::ON_CHIP;
 use spikeloop::world::dvs::{CAMERA_DEG, FIELD_OF_VIEW_DEG};
 
 use crate::cli::Failure;
-use crate::cli::compile::POLICY_DEFAULT;
+use crate::cli::compile::{POLICY_DEFAULT, refused};
 
 /// Name of the driver that needs no network.
 pub(super) const STRAIGHT: &str = "straight";
@@ -103,8 +103,8 @@ fn network_driver(
     let policy = Policy::named(POLICY_DEFAULT)?;
     let (chip, schedule) = (ChipSpec::loihi1(), Schedule::Held);
     let deployment =
-        Deployment::of_controller(&controller, &policy, &chip, Split::Fewest, schedule)?;
-    chip_driver(deployment, name, engine)
+        Deployment::of_controller(&controller, &policy, &chip, Split::Fewest, schedule);
+    chip_driver(deployment.map_err(|error| refused(network, &error))?, name, engine)
 }
 
 /// The name without what says that it is to be compiled.

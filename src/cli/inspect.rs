@@ -202,29 +202,27 @@ fn ports(deployment: &Deployment) -> String {
 /// When the biases of an EEM-SAN must spike.
 fn eem_san_biases(program: &EemSanProgram) -> String {
     // A spike that is injected in a step arrives in the next one.
-    let lines = |windows: &[Window], after: u32| {
-        let line =
-            |w: &Window| format!("{} from step {}", w.population, after + w.start.max(1) - 1);
+    let line =
+        |window: &Window, start: u64| format!("{} from step {}", window.population, start - 1);
+    let lines = |windows: &[Window]| {
+        let line = |window| line(window, u64::from(window.start));
         windows.iter().map(line).collect::<Vec<_>>().join(", ")
     };
     if program.schedule == Schedule::Streaming {
         let encoder = program.encoder.as_ref().map_or(&[][..], |phase| &phase.layers);
-        // Codes are there after the first control tick.
-        let (encoder, decision) = (lines(encoder, 0), lines(&program.decision, program.steps));
-        return format!(": each on to the end of an episode: {encoder}, {decision}");
+        let decision =
+            program.decision.iter().map(|window| line(window, program.streamed_start(window)));
+        let decision = decision.collect::<Vec<_>>().join(", ");
+        return format!(": each on to the end of an episode: {}, {decision}", lines(encoder));
     }
     let encoder = program.encoder.as_ref().map_or_else(String::new, |phase| {
-        format!(
-            ": each on for {} steps of the encoder's: {}",
-            phase.frames,
-            lines(&phase.layers, 0)
-        )
+        format!(": each on for {} steps of the encoder's: {}", phase.frames, lines(&phase.layers))
     });
     let also = if encoder.is_empty() { ": each" } else { "; or" };
     format!(
         "{encoder}{also} on for {} steps of a decision: {}",
         program.steps,
-        lines(&program.decision, 0)
+        lines(&program.decision)
     )
 }
 

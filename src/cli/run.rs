@@ -81,8 +81,8 @@ fn read_spikes(map: &CoreMap, args: &RunArgs) -> Result<(Vec<InputSpike>, Vec<St
     }
     let is_port = |name: &&str| map.ports().iter().any(|port| port.name == **name);
     let names = npz.names();
-    let spikes_of = |name| names.iter().filter_map(move |n: &String| n.strip_suffix(name));
-    let others = spikes_of("_t").filter(|name| !is_port(name)).map(str::to_owned).collect();
+    let spiking = names.iter().filter_map(|array| array.strip_suffix("_t"));
+    let others = spiking.filter(|name| !is_port(name)).map(str::to_owned).collect();
     spikes.sort_unstable();
     Ok((spikes, others))
 }

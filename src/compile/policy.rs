@@ -150,6 +150,13 @@ impl Policy {
         Ok(Self { weight_bits: bits, ..self })
     }
 
+    /// [`Self::with_weight_bits`], where there are some.
+    ///
+    /// Errors: as that.
+    pub fn narrowed(self, bits: Option<u8>) -> Result<Self, CompileError> {
+        bits.map_or(Ok(self), |bits| self.with_weight_bits(bits))
+    }
+
     /// Name, with the weight bits when they are not those of the named policy: `nearest-5`.
     pub fn label(&self) -> String {
         match self.weight_bits {

@@ -103,9 +103,7 @@ impl Head {
     /// Errors: there is none of that name, or it has no such number of bits.
     pub(super) fn quantization(&self) -> Result<Policy, GoldenError> {
         let policy = Policy::named(&self.policy);
-        let narrowed = policy.and_then(|policy| {
-            self.weight_bits.map_or(Ok(policy), |bits| policy.with_weight_bits(bits))
-        });
+        let narrowed = policy.and_then(|policy| policy.narrowed(self.weight_bits));
         narrowed.map_err(|source| self.compile_error(source))
     }
 
@@ -202,21 +200,27 @@ impl Lines<'_> {
     }
 
     fn split(&self) -> Result<Split, GoldenError> {
-        let limits = 1..=u64::from(u32::MAX);
-        let most = self.number("neurons_per_core", 0, limits.clone())?;
-        let cores = self.number("cores", 0, limits)?;
-        match (most, cores) {
-            (0, 0) => Ok(Split::Fewest),
-            (most, 0) => Ok(Split::NeuronsPerCore(most as usize)),
-            (0, cores) => Ok(Split::Cores(cores as usize)),
-            _ => Err(self.error("cores", "no such line beside neurons_per_core")),
+        let given = |key| self.optional(key, 1..=u64::from(u32::MAX));
+        let (most, cores) = (given("neurons_per_core")?, given("cores")?);
+        if most.is_some() && cores.is_some() {
+            return Err(self.error("cores", "no such line beside neurons_per_core"));
         }
+        let [most, cores] = [most, cores].map(|number| number.map(|number| number as usize));
+        Ok(Split::asked(cores, most))
     }
 
     fn bits(&self) -> Result<Option<u8>, GoldenError> {
-        const KEY: &str = "weight_bits";
-        let bits = self.number(KEY, 0, 0..=u64::from(u8::MAX))?;
-        Ok(self.get(KEY).map(|_| bits as u8))
+        let bits = self.optional("weight_bits", 0..=u64::from(u8::MAX))?;
+        Ok(bits.map(|bits| bits as u8))
+    }
+
+    /// A number without a default.
+    fn optional(
+        &self,
+        key: &'static str,
+        limits: RangeInclusive<u64>,
+    ) -> Result<Option<u64>, GoldenError> {
+        self.get(key).map(|_| self.number(key, 0, limits)).transpose()
     }
 
     fn number(

@@ -290,7 +290,7 @@ impl EemSanProgram {
 
     /// First step of a decision window in an episode that streams: codes are there after the first
     /// tick. Further windows follow every T steps.
-    pub(super) fn streamed_start(&self, window: &Window) -> u64 {
+    pub fn streamed_start(&self, window: &Window) -> u64 {
         u64::from(self.steps) + u64::from(window.start)
     }
 

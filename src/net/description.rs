@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use crate::files::{self, NAME_LEN_MAX, fits_a_line};
+use crate::files::{self, NAME_LEN_MAX, fits_a_line, fits_a_word};
 use crate::net::encoder::{RATE_INPUTS, RateEncoder};
 use crate::net::error::NetError;
 use crate::net::network::{Layer, Network, RELAY_NAMES};
@@ -142,8 +142,7 @@ fn check(file: &str, d: &Description) -> Result<(), NetError> {
         }
     }
     for layer in &d.layers {
-        let fits = |byte: u8| byte.is_ascii_graphic() && byte != b';';
-        if !(1..=NAME_LEN_MAX).contains(&layer.name.len()) || !layer.name.bytes().all(fits) {
+        if !fits_a_word(&layer.name) {
             let limit = format!("1..={NAME_LEN_MAX} visible ASCII characters, no blank and no ';'");
             return Err(value("layer", "name", format!("{:?}", layer.name), &limit));
         }

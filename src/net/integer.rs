@@ -13,7 +13,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::files::{NAME_LEN_MAX, fits_a_line};
+use crate::files::{NAME_LEN_MAX, fits_a_line, fits_a_word};
 use crate::net::conv2d::{Conv2d, Shape};
 use crate::net::error::NetError;
 use crate::npz::{IntArray, Npz};
@@ -260,8 +260,7 @@ fn check_names(form: &FileForm) -> Result<(), String> {
             ));
         }
     }
-    let visible = |name: &str| name.chars().all(|c| c.is_ascii_graphic() && c != ';');
-    if let Some(population) = form.populations.iter().find(|p| !visible(&p.name)) {
+    if let Some(population) = form.populations.iter().find(|p| !fits_a_word(&p.name)) {
         return Err(format!(
             "population {:?}: must be of visible ASCII characters without ';', as it names cores; \
              rename it",

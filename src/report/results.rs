@@ -424,11 +424,12 @@ pub(super) fn slowest_counter(cost_table: &str) -> String {
 /// See [`DriverResult::slowest_layers_ps`]. A core counts for the layer that it has most of.
 fn slowest_layers_ps(used: &ChipUse, map: &CoreMap) -> BTreeMap<String, BTreeMap<String, u64>> {
     let (tables, populations) = (&map.chip().cost_tables, map.populations());
+    let layers = layer_of_core(map);
     let mut of_tables = BTreeMap::new();
     for (index, table) in tables.iter().enumerate() {
         let mut of_layers = BTreeMap::new();
         let of_cores = used.slowest_ps.iter().skip(index).step_by(tables.len());
-        for (layer, ps) in layer_of_core(map).into_iter().zip(of_cores).filter(|(_, ps)| **ps > 0) {
+        for (layer, ps) in layers.iter().zip(of_cores).filter(|(_, ps)| **ps > 0) {
             let name = layer.map_or("no layer", |layer| &populations[layer].name[..]);
             *of_layers.entry(name.to_owned()).or_default() += ps;
         }

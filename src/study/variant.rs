@@ -84,8 +84,7 @@ impl Variant {
     pub fn compile(&self, network: &Controller) -> Result<Deployment, VariantError> {
         let chip = ChipSpec::loihi1().with_state_bits(self.current_bits, self.voltage_bits)?;
         let policy = Policy::named(&self.policy)?.with_weight_bits(self.weight_bits)?;
-        let split = self.cores.map(Split::Cores);
-        let split = split.or(self.neurons_per_core.map(Split::NeuronsPerCore)).unwrap_or_default();
+        let split = Split::asked(self.cores, self.neurons_per_core);
         Ok(Deployment::of_controller(network, &policy, &chip, split, Schedule::Held)?)
     }
 

@@ -24,6 +24,14 @@ pub enum Split {
     Cores(usize),
 }
 
+impl Split {
+    /// What is asked for by a number of cores, or else by a largest number of neurons of a layer on a core.
+    pub fn asked(cores: Option<usize>, neurons_per_core: Option<usize>) -> Self {
+        let split = cores.map(Self::Cores).or(neurons_per_core.map(Self::NeuronsPerCore));
+        split.unwrap_or_default()
+    }
+}
+
 /// What a network did in a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Work {
@@ -107,7 +115,7 @@ impl Load {
 /// What the barriers of so many steps take on so many cores, in picoseconds: the sum of what the chip's
 /// cost tables say, as in [`Load`].
 pub(super) fn barriers_ps(chip: &ChipSpec, steps: u64, cores: usize) -> u64 {
-    let tiles = cores.div_ceil(usize::from(chip.mesh.cores_per_tile).max(1)) as u32;
+    let tiles = chip.mesh.tiles_of(cores);
     let of_step = chip.cost_tables.iter().map(|table| table.barrier_ps(tiles)).sum::<u64>();
     steps.saturating_mul(of_step)
 }
